@@ -1,0 +1,91 @@
+"""What devices and estimators pass on.  No pose and no truth in it: this is all that an estimator may see."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosim.frames import Array
+
+Grey = NDArray[np.float32]
+
+
+class RowExposure(NamedTuple):
+    """Both CCD rows at one exposure.
+
+    index: number of the exposure, from 0; t: its middle, s.  row1: (pixels + 2 max_shift,), ahead;
+    row2: (pixels,), behind; grey values, whole numbers from the converter.  exposure: s.
+    """
+
+    index: int
+    t: float
+    row1: Grey
+    row2: Grey
+    exposure: float
+
+
+class MountReading(NamedTuple):
+    """The mount's encoder: yaw of the camera against the airframe, clockwise from above, rad, at time t (s)."""
+
+    t: float
+    yaw: float
+
+
+class Reason(StrEnum):
+    """Why a strip was accepted or not."""
+
+    ACCEPTED = "accepted"
+    BORDER_MU = "border_mu"
+    BORDER_N = "border_n"
+    DEGENERATE = "degenerate"
+    AMBIGUOUS = "ambiguous"
+    OUTSIDE_TERRAIN = "outside_terrain"
+    TIMEOUT = "timeout"
+
+
+class StripMatch(NamedTuple):
+    """A strip of row I recognised (or not) by row II.
+
+    index1: exposure at which row I was kept.  t_row1, t_row2, t_decided: s; t_row2 is where the minimum lies.
+    n: exposures between the two (fraction if sub-step).  mu: shift, px; mu > 0: track to the right of the
+    row's axis.  mad_min: grey levels a pixel.  yaw1, yaw2: mount readings at the two exposures, rad.
+    """
+
+    strip: int
+    index1: int
+    t_row1: float
+    t_row2: float
+    t_decided: float
+    n: float
+    mu: float
+    mad_min: float
+    yaw1: float
+    yaw2: float
+    reason: Reason
+    trough: Array | None = None
+
+
+class MotionEstimate(NamedTuple):
+    """What the estimator believes now.  drift: track - aircraft heading, rad; vh: speed-to-height ratio, 1/s.
+
+    sigma_*: standard deviations of the filter (rad, 1/s).  valid: False before the first accepted strip.
+    """
+
+    t: float
+    drift: float
+    vh: float
+    sigma_drift: float
+    sigma_vh: float
+    valid: bool
+
+
+class CameraCommand(NamedTuple):
+    """What the controller asks for: mount yaw (rad, against the airframe), time between photos (s) and
+    forward-motion compensation as the image's angular rate (rad/s, v/h for a level camera)."""
+
+    mount_yaw: float
+    interval: float
+    fmc_rate: float
