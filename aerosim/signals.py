@@ -16,11 +16,11 @@ Grey = NDArray[np.float32]
 class RowExposure(NamedTuple):
     """Both CCD rows at one exposure.
 
-    index: number of the exposure, from 0; t: its middle, s.  row1: (pixels + 2 max_shift,), ahead;
+    number: of the exposure, from 0; t: its middle, s.  row1: (pixels + 2 max_shift,), ahead;
     row2: (pixels,), behind; grey values, whole numbers from the converter.  exposure: s.
     """
 
-    index: int
+    number: int
     t: float
     row1: Grey
     row2: Grey
@@ -49,13 +49,13 @@ class Reason(StrEnum):
 class StripMatch(NamedTuple):
     """A strip of row I recognised (or not) by row II.
 
-    index1: exposure at which row I was kept.  t_row1, t_row2, t_decided: s; t_row2 is where the minimum lies.
+    number1: exposure at which row I was kept.  t_row1, t_row2, t_decided: s; t_row2 is where the minimum lies.
     n: exposures between the two (fraction if sub-step).  mu: shift, px; mu > 0: track to the right of the
     row's axis.  mad_min: grey levels a pixel.  yaw1, yaw2: mount readings at the two exposures, rad.
     """
 
     strip: int
-    index1: int
+    number1: int
     t_row1: float
     t_row2: float
     t_decided: float

@@ -1,1 +1,5 @@
-"""cli."""
+"""The verbs."""
+
+
+def main() -> None:
+    """Entry point."""

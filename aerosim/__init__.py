@@ -1,0 +1,1 @@
+"""aerosim: simulator of airborne photo missions."""
