@@ -1,0 +1,71 @@
+"""Checks between sections that need no terrain and no aircraft."""
+
+from __future__ import annotations
+
+from math import asin, cos, floor, radians, sin, sqrt
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from aerosim.scenario.flight import Line
+    from aerosim.scenario.scenario import Scenario
+
+Problem = tuple[str, str, str]
+
+LINE_MIN_M = 500.0
+"""A shorter line ends before a first strip is recognised (13 s, 900 m, from 3000 m), and is a slip of the pen."""
+EARTH_RADIUS_M = 6371008.8
+# a period written with six digits (0.0583333 s for 7 steps of 120 Hz) is meant as whole steps
+_STEP_TOLERANCE = 1e-5
+
+
+def whole_steps(period: float, step: float) -> int | None:
+    """Number of steps in a period, both s, at least 1; None if it is no whole number."""
+    number = round(period / step)
+    return number if number >= 1 and abs(period / step - number) <= _STEP_TOLERANCE * number else None
+
+
+def line_length(line: Line) -> float:
+    """Length of a line on the mean sphere, m: good to 0.5 %, for checks of sense only."""
+    (lat1, lon1), (lat2, lon2) = line.start_deg, line.end_deg
+    half_lat, half_lon = radians(lat2 - lat1) / 2, radians(lon2 - lon1) / 2
+    chord = sin(half_lat) ** 2 + cos(radians(lat1)) * cos(radians(lat2)) * sin(half_lon) ** 2
+    return 2 * EARTH_RADIUS_M * asin(min(1.0, sqrt(chord)))
+
+
+def _period(key: str, period: float, step: float, of: str) -> list[Problem]:
+    if whole_steps(period, step) is not None:
+        return []
+    below = floor(period / step)
+    near = [n * step for n in (below, below + 1) if n >= 1]
+    allowed = " or ".join(f"{value:.6g}" for value in near)
+    return [(key, f"{period:g} s is no whole number of {of}", f"nearest: {allowed}")]
+
+
+def _periods(scenario: Scenario) -> list[Problem]:
+    step = 1.0 / scenario.aircraft.step_rate_hz
+    steps = f"steps of {scenario.aircraft.step_rate_hz} Hz"
+    rows = scenario.ccd_rows.period_s
+    out = _period("ccd_rows.period_s", rows, step, steps)
+    out += _period("record.period_s", scenario.record.period_s, step, steps)
+    if not out and scenario.estimation.strip_period_s is not None:
+        exact = (whole_steps(rows, step) or 1) * step
+        out += _period(
+            "estimation.strip_period_s", scenario.estimation.strip_period_s, exact, f"row exposures of {rows:g} s"
+        )
+    return out
+
+
+def _lines(scenario: Scenario) -> list[Problem]:
+    out = []
+    for i, line in enumerate(scenario.flight.lines):
+        key, length = f"flight.lines.{i}", line_length(line)
+        if line.start_deg == line.end_deg:
+            out.append((f"{key}.end_deg", "line ends where it starts", "another point than start_deg"))
+        elif length < LINE_MIN_M:
+            out.append((f"{key}.end_deg", f"line is only {length:.0f} m long", f"at least {LINE_MIN_M:.0f} m"))
+    return out
+
+
+def problems(scenario: Scenario) -> list[Problem]:
+    """All that does not fit together: key, problem, what is allowed."""
+    return _periods(scenario) + _lines(scenario)

@@ -1,0 +1,31 @@
+"""Section `control`: what turns the camera and sets the time between photos."""
+
+from __future__ import annotations
+
+import re
+from difflib import get_close_matches
+from typing import Annotated
+
+from pydantic import AfterValidator, Field
+
+from aerosim.scenario.section import Section, wrong
+
+MODES = ("fixed", "ideal", "navigator", "schmelovsky_1988", "pipelined", "best", "gnss_ins")
+
+
+def _known_mode(mode: str) -> str:
+    if mode in MODES or re.fullmatch(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*", mode):
+        return mode
+    near = get_close_matches(mode, MODES, 1)
+    hint = f"; did you mean {near[0]}?" if near else ""
+    raise wrong(f"unknown mode {mode!r}", f"allowed: {', '.join(MODES)}, module:Class{hint}")
+
+
+class Control(Section):
+    """The controller of camera yaw and frame interval."""
+
+    mode: Annotated[str, AfterValidator(_known_mode)] = Field(
+        default="pipelined", description=f"{', '.join(MODES)}, or module:Class"
+    )
+    end_lap_pct: float = Field(default=60.0, ge=0, le=95, description="wanted overlap of successive photos")
+    fmc: bool = Field(default=True, description="forward-motion compensation by the measured v/h")

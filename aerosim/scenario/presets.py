@@ -1,0 +1,47 @@
+"""Defaults that follow from control.mode, for keys which the scenario does not set itself."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from aerosim.scenario.section import Section
+
+# Schmelovsky (1988): the summary measures the angle between the aircraft's axis and the route, one strip is
+# recognised after the other, minima are whole pixels and exposures, and gamma is printed as 0.01.
+MODE_DEFAULTS: Mapping[str, Mapping[str, Any]] = {
+    "schmelovsky_1988": {
+        "ccd_rows": {"mounted_on": "airframe", "extension": "padded"},
+        "estimation": {
+            "strip_period_s": None,
+            "subpixel": False,
+            "aiding": "none",
+            "crab": {"gamma": 0.01},
+            "vh": {"gamma": 0.01},
+        },
+    },
+}
+
+
+def _set_only(value: Any) -> Any:
+    return value.model_dump(exclude_unset=True, by_alias=True) if isinstance(value, Section) else value
+
+
+def _filled(given: Any, defaults: Mapping[str, Any]) -> Any:
+    given = _set_only(given)
+    if not isinstance(given, dict):
+        return given  # wrong type: the validation says so
+    out = dict(given)
+    for key, value in defaults.items():
+        if isinstance(value, Mapping):
+            out[key] = _filled(out.get(key, {}), value)
+        else:
+            out.setdefault(key, value)
+    return out
+
+
+def with_mode_defaults(data: Any) -> Any:
+    """Scenario data (before validation) with the defaults of its control.mode filled in where nothing is set."""
+    control = _set_only(data.get("control")) if isinstance(data, dict) else None
+    mode = control.get("mode") if isinstance(control, dict) else None
+    return _filled(data, MODE_DEFAULTS.get(mode, {}) if isinstance(mode, str) else {})
