@@ -45,6 +45,10 @@ def shown(value: Any) -> str:
     return text if len(text) <= 40 else text[:36] + "..."
 
 
+def _bound(value: float) -> str:
+    return str(value) if isinstance(value, int) else f"{value:.10g}"
+
+
 def limits(info: FieldInfo | None, ctx: Mapping[str, Any] | None = None) -> str:
     """Range of a field in words: "more than 0, at most 20000"; from an error's context if the field has none."""
     found = {}
@@ -52,7 +56,7 @@ def limits(info: FieldInfo | None, ctx: Mapping[str, Any] | None = None) -> str:
         found.update({name: value for name in _WORDS if (value := getattr(bound, name, None)) is not None})
     if not found and ctx:
         found = {name: ctx[name] for name in _WORDS if name in ctx}
-    return ", ".join(word.format(f"{found[name]:.10g}") for name, word in _WORDS.items() if name in found)
+    return ", ".join(word.format(_bound(found[name])) for name, word in _WORDS.items() if name in found)
 
 
 def _type_problem(error: Mapping[str, Any], info: FieldInfo | None) -> tuple[str, str]:
