@@ -1,0 +1,357 @@
+"""The flying aircraft: one JSBSim model behind SI units.  The only place of feet and JSBSim's property names."""
+
+from __future__ import annotations
+
+import math
+import threading
+from pathlib import Path
+from typing import Any
+
+import jsbsim
+import numpy as np
+
+from aerosim.errors import InputError, RunFailure
+from aerosim.flight.limits import Limits
+from aerosim.flight.plan import wind_triangle
+from aerosim.flight.trim import Trim, solve
+from aerosim.frames import Array, mat_from_attitude, radii
+from aerosim.truth import AircraftState
+
+FOOT = 0.3048
+PER_FOOT = 1.0 / FOOT
+POUND = 0.45359237
+LBF = 4.4482216152605
+WARN = 3
+CHECK_EVERY = 24
+
+_STATE = (
+    "position/lat-geod-rad position/long-gc-rad position/geod-alt-ft "
+    "velocities/v-north-fps velocities/v-east-fps velocities/v-down-fps "
+    "attitude/phi-rad attitude/theta-rad attitude/psi-rad "
+    "velocities/p-rad_sec velocities/q-rad_sec velocities/r-rad_sec velocities/vt-fps"
+).split()
+_ECEF = (
+    "position/ecef-x-ft position/ecef-y-ft position/ecef-z-ft "
+    "velocities/ecef-x-fps velocities/ecef-y-fps velocities/ecef-z-fps"
+).split()
+_ACCELERATION = (
+    "accelerations/udot-ft_sec2 accelerations/vdot-ft_sec2 accelerations/wdot-ft_sec2 "
+    "accelerations/pdot-rad_sec2 accelerations/qdot-rad_sec2 accelerations/rdot-rad_sec2"
+).split()
+_WIND = "atmosphere/wind-north-fps atmosphere/wind-east-fps atmosphere/wind-down-fps".split()
+_GUST = (
+    "atmosphere/gust-north-fps atmosphere/gust-east-fps atmosphere/gust-down-fps "
+    "gust/p-rad_sec gust/q-rad_sec gust/r-rad_sec"
+).split()
+_START = (
+    "ic/psi-true-rad ic/theta-rad ic/phi-rad ic/vn-fps ic/ve-fps ic/vd-fps ic/p-rad_sec ic/q-rad_sec ic/r-rad_sec"
+).split()
+_TRIM = "trim/elevator-rad trim/aileron-rad trim/rudder-rad trim/power-w trim/theta-rad".split()
+_COMMAND = "ap/roll-cmd-rad ap/h-cmd-ft ap/v-cmd-fps ap/on".split()
+_OTHER = (
+    "aero/alpha-rad aero/qbar-psf power/available-w power/shaft-w inertia/pointmass-weight-lbs "
+    "inertia/weight-lbs ic/lat-geod-rad ic/long-gc-rad ic/h-sl-ft "
+    "forces/fbx-external-lbs forces/fbx-aero-lbs forces/fbz-aero-lbs fuel/burn-lbs_sec"
+).split()
+
+# Unknowns of the trim: pitch, elevator, power, roll, aileron, rudder (rad, W), and about how large they are.
+_TRIM_GUESS = np.array([0.03, 0.0, 4e5, 0.0, 0.0, 0.0])
+_TRIM_SCALE = np.array([0.1, 0.1, 2e5, 0.1, 0.1, 0.1])
+
+
+class _Log(jsbsim.FGLogger):  # type: ignore[misc]
+    """Keeps JSBSim's warnings and errors, prints nothing."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.records: list[str] = []
+        self._text = ""
+
+    def message(self, text: str) -> None:
+        """Part of a record."""
+        self._text += text
+
+    def flush(self) -> None:
+        """End of a record."""
+        if int(self.log_level) >= WARN and self._text.strip():
+            self.records.append(" ".join(self._text.split()))
+        self._text = ""
+
+
+_thread = threading.local()
+
+
+def _log() -> list[str]:
+    """Records of this thread: JSBSim's logger belongs to a thread, its debug level to the process."""
+    if not hasattr(_thread, "log"):
+        _thread.log = _Log()
+    jsbsim.FGJSBBase().debug_lvl = 0
+    jsbsim.set_logger(_thread.log)
+    records: list[str] = _thread.log.records
+    return records
+
+
+def _load(folder: Path, step_rate_hz: float) -> Any:
+    """A fresh JSBSim with the folder's model.  Raises InputError when the model cannot be loaded."""
+    if not (folder / f"{folder.name}.xml").is_file():
+        raise InputError(f"no aircraft model {folder.name}.xml", where=str(folder))
+    records = _log()
+    records.clear()
+    fdm = jsbsim.FGFDMExec(None)
+    fdm.set_dt(1.0 / step_rate_hz)  # filters take their step while they are loaded
+    root = str(folder.resolve().parent)
+    try:
+        loaded = fdm.load_model_with_paths(folder.name, root, root, root, True)
+    except jsbsim.BaseError as error:
+        raise InputError(f"aircraft model refused: {error} {' '.join(records)}", where=str(folder)) from error
+    if not loaded:
+        raise InputError(f"aircraft model refused: {' '.join(records)}", where=str(folder))
+    fdm.disable_output()
+    return fdm
+
+
+class Aircraft:
+    """One aircraft in flight.  Built, started once, then stepped; a second flight takes a second aircraft."""
+
+    def __init__(self, folder: Path, step_rate_hz: float, fuel_kg: float | None = None) -> None:
+        """folder: of the model, which bears its name.  fuel_kg: None takes what the limits file says.
+
+        Raises InputError for a model that is missing, refused by JSBSim or without the properties used here.
+        """
+        self.limits = Limits.read(folder / "limits.yaml")
+        self.step_rate = float(step_rate_hz)
+        self.step_period = 1.0 / self.step_rate
+        fuel = self.limits.fuel_kg if fuel_kg is None else fuel_kg
+        self.limits.check_fuel(fuel)
+        self._fdm = _load(folder, step_rate_hz)
+        self.log = tuple(_log())
+        self._nodes = self._find(folder)
+        self._set("inertia/pointmass-weight-lbs", fuel / POUND)
+        self._mass = self.limits.mass_empty_kg + fuel
+        self._state = tuple(self._getter(name) for name in _STATE)
+        self._ecef = tuple(self._getter(name) for name in _ECEF)
+        self._wind = tuple(self._setter(name) for name in _WIND)
+        self._gust = tuple(self._setter(name) for name in _GUST)
+        self._roll_command = self._setter("ap/roll-cmd-rad")
+        self._run = self._fdm.run
+        self.bare_step = self._fdm.run
+        self._wind_n = (0.0, 0.0, 0.0)
+        self.steps = 0
+
+    def _find(self, folder: Path) -> dict[str, Any]:
+        """Nodes of all properties used here; a missing one would be made, or read as 0, without a word."""
+        manager = self._fdm.get_property_manager()
+        names = (*_STATE, *_ECEF, *_ACCELERATION, *_WIND, *_GUST, *_START, *_TRIM, *_COMMAND, *_OTHER)
+        nodes = {name: manager.get_node(name) for name in names}
+        missing = [name for name, node in nodes.items() if node is None]
+        if missing:
+            raise InputError(f"aircraft model lacks the property {missing[0]}", where=str(folder))
+        return nodes
+
+    def _getter(self, name: str) -> Any:
+        return self._nodes[name].get_double_value
+
+    def _setter(self, name: str) -> Any:
+        return self._nodes[name].set_double_value
+
+    def _get(self, name: str) -> float:
+        return float(self._nodes[name].get_double_value())
+
+    def _set(self, name: str, value: float) -> None:
+        self._nodes[name].set_double_value(value)
+
+    def check_speed(self, height: float, airspeed: float) -> None:
+        """Raise InputError for a height (m) or true airspeed (m/s) that this aircraft cannot fly."""
+        self.limits.check_speed(height, airspeed, self._mass)
+
+    @property
+    def time(self) -> float:
+        """Time since the start, s."""
+        return self.steps * self.step_period
+
+    @property
+    def fuel(self) -> float:
+        """Fuel left, kg."""
+        return self._get("inertia/pointmass-weight-lbs") * POUND
+
+    @property
+    def fuel_flow(self) -> float:
+        """Fuel burnt, kg/s."""
+        return self._get("fuel/burn-lbs_sec") * POUND
+
+    @property
+    def power(self) -> float:
+        """Shaft power of all engines, W."""
+        return self._get("power/shaft-w")
+
+    def start(
+        self,
+        lat: float,
+        lon: float,
+        height: float,
+        course: float,
+        airspeed: float,
+        wind_n: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    ) -> Trim:
+        """Put the aircraft into steady level flight along a course in the wind, without sideslip.
+
+        lat, lon: rad; height: ellipsoidal, m; course: of the ground track, rad; airspeed: true, m/s;
+        wind_n: velocity of the air, north, east, down, m/s.  The autopilot holds height and airspeed from here on.
+        Raises InputError for a speed outside the limits, wind above the airspeed, or too little power.
+        """
+        self.check_speed(height, airspeed)
+        level = math.sqrt(max(airspeed**2 - wind_n[2] ** 2, 0.0))
+        azimuth, _ = wind_triangle(course, level, wind_n[0], wind_n[1])
+        air_n = np.array([level * math.cos(azimuth), level * math.sin(azimuth), -wind_n[2]])
+        self._set("ap/on", 0.0)
+        self._place(lat, lon, height, wind_n)
+        vel_n = air_n + np.array(wind_n)
+        x, iterations = solve(
+            lambda guess: self._trim_residual(guess, azimuth, vel_n, lat, height), _TRIM_GUESS, _TRIM_SCALE
+        )
+        trim = self._read_trim(x, iterations, airspeed)
+        if not 0.0 < trim.power <= trim.power_available:
+            raise InputError(
+                f"{self.limits.model} has too little power for {airspeed:g} m/s at {height:g} m",
+                allowed=f"needs {trim.power / 1e3:.0f} kW, has {trim.power_available / 1e3:.0f} kW",
+            )
+        self._set("trim/theta-rad", trim.pitch)
+        self._settle(wind_n)
+        self.command(trim.roll, height, airspeed)
+        self._set("ap/on", 1.0)
+        return trim
+
+    def _place(self, lat: float, lon: float, height: float, wind_n: tuple[float, float, float]) -> None:
+        """Position and air.  JSBSim takes a height above its own sea level, centimetres off the ellipsoid's."""
+        # The wind goes into the gust while trimming: a run of initial conditions would clear the wind itself.
+        for setter, value in zip(self._gust, (*wind_n, 0.0, 0.0, 0.0), strict=True):
+            setter(value * PER_FOOT)
+        self._set("ic/lat-geod-rad", lat)
+        self._set("ic/long-gc-rad", lon)
+        level = height * PER_FOOT
+        for _ in range(2):
+            self._set("ic/h-sl-ft", level)
+            self._fdm.run_ic()
+            level += height * PER_FOOT - self._get("position/geod-alt-ft")
+
+    def _pose(self, attitude: Array, vel_n: Array, omega_eb_b: Array) -> Array:
+        """Attitude (heading, pitch, roll), velocity over ground, rates; returns the six accelerations, SI, in b."""
+        values = (*attitude, *(vel_n * PER_FOOT), *omega_eb_b)
+        for name, value in zip(_START, values, strict=True):
+            self._set(name, value)
+        self._fdm.run_ic()
+        found = np.array([self._get(name) for name in _ACCELERATION])
+        found[:3] *= FOOT
+        return found
+
+    def _trim_residual(self, x: Array, azimuth: float, vel_n: Array, lat: float, height: float) -> Array:
+        pitch, elevator, power, roll, aileron, rudder = x
+        # Nose out of the air's azimuth by what makes the sideslip of a banked, pitched aircraft zero.
+        heading = azimuth + math.atan(math.sin(pitch) * math.tan(roll))
+        for name, value in zip(_TRIM[:4], (elevator, aileron, rudder, power), strict=True):
+            self._set(name, value)
+        meridian, normal = radii(lat)
+        north, east = vel_n[0] / (meridian + height), vel_n[1] / (normal + height)
+        omega_en_n = np.array([east, -north, -east * math.tan(lat)])
+        omega_eb_b = mat_from_attitude(heading, pitch, roll).T @ omega_en_n
+        return self._pose(np.array([heading, pitch, roll]), vel_n, omega_eb_b)
+
+    def _read_trim(self, x: Array, iterations: int, airspeed: float) -> Trim:
+        pitch, elevator, power, roll, aileron, rudder = (float(v) for v in x)
+        alpha = self._get("aero/alpha-rad")
+        forward, down = self._get("forces/fbx-aero-lbs"), self._get("forces/fbz-aero-lbs")
+        reference = self._get("aero/qbar-psf") * self.limits.wing_area_m2 * PER_FOOT**2
+        return Trim(
+            roll=roll,
+            pitch=pitch,
+            heading=self._get("attitude/psi-rad"),
+            alpha=alpha,
+            elevator=elevator,
+            aileron=aileron,
+            rudder=rudder,
+            power=power,
+            power_available=self._get("power/available-w"),
+            thrust=self._get("forces/fbx-external-lbs") * LBF,
+            lift=(forward * math.sin(alpha) - down * math.cos(alpha)) / reference,
+            iterations=iterations,
+        )
+
+    def _settle(self, wind_n: tuple[float, float, float]) -> None:
+        """The trimmed state with the wind where it belongs."""
+        self._wind_n = wind_n
+        for setter, value in zip(self._wind, wind_n, strict=True):
+            setter(value * PER_FOOT)
+        for setter in self._gust:
+            setter(0.0)
+        self.steps = 0
+
+    def command(self, roll: float, height: float, airspeed: float) -> None:
+        """What the autopilot holds: roll (rad), ellipsoidal height (m), true airspeed (m/s)."""
+        self._roll_command(roll)
+        self._set("ap/h-cmd-ft", height * PER_FOOT)
+        self._set("ap/v-cmd-fps", airspeed * PER_FOOT)
+
+    def command_roll(self, roll: float) -> None:
+        """The roll that the autopilot holds, rad."""
+        self._roll_command(roll)
+
+    def step(
+        self,
+        wind_north: float,
+        wind_east: float,
+        wind_down: float,
+        gust_north: float,
+        gust_east: float,
+        gust_down: float,
+        p: float,
+        q: float,
+        r: float,
+    ) -> None:
+        """One step in moving air.  Wind and gust in n, m/s (where the air goes to); p, q, r in b, rad/s.
+
+        Raises RunFailure when the aircraft is lost (looked at every 24 steps).
+        """
+        if (wind_north, wind_east, wind_down) != self._wind_n:
+            self._wind_n = (wind_north, wind_east, wind_down)
+            for setter, value in zip(self._wind, self._wind_n, strict=True):
+                setter(value * PER_FOOT)
+        north, east, down, roll, pitch, yaw = self._gust
+        north(gust_north * PER_FOOT)
+        east(gust_east * PER_FOOT)
+        down(gust_down * PER_FOOT)
+        roll(p)
+        pitch(q)
+        yaw(r)
+        self._run()
+        self.steps += 1
+        if self.steps % CHECK_EVERY == 0:
+            self._check()
+
+    def _check(self) -> None:
+        height, alpha = self._get("position/geod-alt-ft"), self._get("aero/alpha-rad")
+        reason = ""
+        if not (math.isfinite(height) and math.isfinite(alpha)):
+            reason = "its state is not finite"
+        elif abs(math.degrees(alpha)) > self.limits.alpha_max_deg:
+            reason = f"angle of attack of {math.degrees(alpha):.1f} deg"
+        elif self._get("inertia/pointmass-weight-lbs") <= 0.0:
+            reason = "fuel used up"
+        if reason:
+            raise RunFailure(f"aircraft lost at {self.time:.2f} s: {reason}")
+
+    def state(self) -> AircraftState:
+        """State now, SI."""
+        lat, lon, h, vn, ve, vd, roll, pitch, heading, p, q, r, airspeed = (get() for get in self._state)
+        return AircraftState(
+            self.steps * self.step_period, lat, lon, h * FOOT, vn * FOOT, ve * FOOT, vd * FOOT,
+            roll, pitch, heading, p, q, r, airspeed * FOOT,
+        )  # fmt: skip
+
+    def attitude(self) -> tuple[float, float, float]:
+        """Roll, pitch, heading, rad."""
+        return self._state[6](), self._state[7](), self._state[8]()
+
+    def ecef(self) -> tuple[float, float, float, float, float, float]:
+        """Position (m) and velocity over ground (m/s) in e."""
+        x, y, z, vx, vy, vz = self._ecef
+        return x() * FOOT, y() * FOOT, z() * FOOT, vx() * FOOT, vy() * FOOT, vz() * FOOT

@@ -1,0 +1,92 @@
+"""The flight that the loop steps: aircraft, guidance and the air that moves them."""
+
+from __future__ import annotations
+
+from math import cos, sin
+
+from aerosim.flight.aircraft import Aircraft
+from aerosim.flight.guidance import Guidance, Phase
+from aerosim.flight.plan import FlightPlan, wind_triangle
+from aerosim.truth import AircraftState, AirState
+
+GUIDANCE_RATE_HZ = 20.0
+
+
+class JsbsimFlight:
+    """A plan flown by JSBSim.  It starts trimmed in the wind, at the run-in of line 0.
+
+    Raises InputError for a plan that this aircraft cannot fly in this wind.
+    """
+
+    def __init__(
+        self, aircraft: Aircraft, plan: FlightPlan, wind_n: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    ) -> None:
+        """wind_n: velocity of the air at the start, north, east, down, m/s."""
+        self.aircraft = aircraft
+        self.plan = plan
+        for line in plan.lines:
+            wind_triangle(line.course, plan.airspeed, wind_n[0], wind_n[1])
+        first = plan.lines[0]
+        distance = plan.run_in_distance(first, wind_n[0], wind_n[1])
+        lat, lon = first.before_start(distance, plan.height)
+        course = first.course_at(lat, lon)
+        self.trim = aircraft.start(lat, lon, plan.height, course, plan.airspeed, wind_n)
+        self._every = max(1, round(aircraft.step_rate / GUIDANCE_RATE_HZ))
+        self._guidance = Guidance(plan, self._every * aircraft.step_period)
+        self._guidance.roll_command = self.trim.roll
+        self._until = 0
+
+    def step(self, air: AirState) -> None:
+        """One step of the aircraft in this air.  Raises RunFailure when the aircraft is lost."""
+        wind_north, wind_east, wind_down, u, v, w, p, q, r = air
+        aircraft = self.aircraft
+        if self._until == 0:
+            self._until = self._every
+            aircraft.command_roll(self._guidance.update(aircraft.ecef(), wind_north, wind_east))
+        self._until -= 1
+        roll, pitch, heading = aircraft.attitude()
+        sr, cr, sp, cp, sh, ch = sin(roll), cos(roll), sin(pitch), cos(pitch), sin(heading), cos(heading)
+        side = v * cr - w * sr
+        lift = v * sr + w * cr
+        ahead = u * cp + lift * sp
+        aircraft.step(
+            wind_north, wind_east, wind_down,
+            ahead * ch - side * sh, ahead * sh + side * ch, lift * cp - u * sp, p, q, r,
+        )  # fmt: skip
+
+    def state(self) -> AircraftState:
+        """State of the aircraft now."""
+        return self.aircraft.state()
+
+    @property
+    def line(self) -> int:
+        """Number of the line being flown, -1 in run-ins and turns and after the last line."""
+        return self._guidance.line
+
+    @property
+    def next_line(self) -> int:
+        """Number of the line being flown or approached."""
+        return self._guidance.next_line
+
+    @property
+    def phase(self) -> Phase:
+        """Where in the plan the aircraft is."""
+        return self._guidance.phase
+
+    @property
+    def cross_track(self) -> float:
+        """Distance from the line being flown or approached, positive to its right, m."""
+        x, y, z = self.aircraft.ecef()[:3]
+        return self._guidance.cross_track(x, y, z)
+
+    @property
+    def done(self) -> bool:
+        """Whether the last line's end has been passed."""
+        return self._guidance.phase is Phase.DONE
+
+
+def bare_loop(aircraft: Aircraft, steps: int) -> None:
+    """JSBSim alone with the model's own autopilot, in steady wind: what the loop's time is compared with."""
+    run = aircraft.bare_step
+    for _ in range(steps):
+        run()
