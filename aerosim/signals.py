@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosim.frames import Array
 
 Grey = NDArray[np.float32]
 
@@ -52,6 +51,7 @@ class StripMatch(NamedTuple):
     number1: exposure at which row I was kept.  t_row1, t_row2, t_decided: s; t_row2 is where the minimum lies.
     n: exposures between the two (fraction if sub-step).  mu: shift, px; mu > 0: track to the right of the
     row's axis.  mad_min: grey levels a pixel.  yaw1, yaw2: mount readings at the two exposures, rad.
+    surface: (steps, 2 j + 1) MAD, grey levels, its first row at n = first_n.  A strip given up has NaN.
     """
 
     strip: int
@@ -65,7 +65,8 @@ class StripMatch(NamedTuple):
     yaw1: float
     yaw2: float
     reason: Reason
-    trough: Array | None = None
+    first_n: int
+    surface: Grey
 
 
 class MotionEstimate(NamedTuple):

@@ -61,3 +61,16 @@ class CameraPose(NamedTuple):
     vel_n: Array
     mat_nc: Array
     omega_nc_c: Array
+
+
+class Shot(NamedTuple):
+    """One photo as it happened: pose and motion in the middle of the exposure.
+
+    line: survey line from 0.  interval: wanted time between photos then, s.  fmc_rate: forward-motion
+    compensation applied, rad/s (v/h).
+    """
+
+    pose: CameraPose
+    line: int
+    interval: float
+    fmc_rate: float

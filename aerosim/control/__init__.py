@@ -1,1 +1,1 @@
-"""control."""
+"""From estimates to commands of mount, shutter and forward-motion compensation."""

@@ -1,0 +1,133 @@
+"""The camera mount: yaw servo with delay, lag, rate limit, stop and encoder."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from aerosim.frames import Array
+from aerosim.signals import MountReading
+from aerosim.truth import AircraftState, CameraPose
+
+ENCODER_BLOCK = 1024
+
+
+class MountParameters(NamedTuple):
+    """How a mount moves and reads.  rad, rad/s, s.
+
+    level_pitch: constant pitch of the mount against the airframe; a static mount takes out the trim pitch.
+    """
+
+    yaw_limit: float
+    rate_limit: float
+    time_constant: float
+    delay: float
+    encoder_sigma: float
+    level_pitch: float = 0.0
+
+
+class Mount:
+    """Yaw of the camera against the airframe, positive clockwise seen from above."""
+
+    def __init__(self, parameters: MountParameters, dt: float, rng: np.random.Generator) -> None:
+        """dt: step, s.  The camera starts along the aircraft's axis."""
+        self._par = parameters
+        self._dt = dt
+        self._follow = 1.0 - math.exp(-dt / parameters.time_constant) if parameters.time_constant > 0.0 else 1.0
+        self._most = parameters.rate_limit * dt
+        self._queue: deque[float] = deque([0.0] * (round(parameters.delay / dt) + 1))
+        self._rng = rng
+        self._noise: list[float] = []
+        self.yaw = 0.0
+        self.rate = 0.0
+
+    def step(self, command: float) -> None:
+        """One step towards the commanded yaw (rad), as it was `delay` ago."""
+        self._queue.append(command)
+        limit = self._par.yaw_limit
+        target = min(max(self._queue.popleft(), -limit), limit)
+        move = min(max((target - self.yaw) * self._follow, -self._most), self._most)
+        self.yaw += move
+        self.rate = move / self._dt
+
+    def read(self, t: float) -> MountReading:
+        """The encoder's reading at time t (s)."""
+        if not self._noise:
+            noise = self._rng.standard_normal(ENCODER_BLOCK) * self._par.encoder_sigma
+            self._noise = noise.tolist()
+        return MountReading(t, self.yaw + self._noise.pop())
+
+    def pose(self, aircraft: AircraftState, ahead: float = 0.0) -> CameraPose:
+        """Pose of the camera now, or carried on by its present motion for `ahead` s (less than a step).
+
+        The projection centre is the aircraft's centre of gravity; mat_bm = Ry(level pitch) Rz(yaw), and c is m.
+        """
+        a = aircraft
+        mat_nc, omega = _camera(
+            a.roll, a.pitch, a.heading, a.p, a.q, a.r, self._par.level_pitch, self.yaw, self.rate, ahead
+        )
+        vel_n = np.array([a.v_north, a.v_east, a.v_down])
+        if ahead == 0.0:
+            return CameraPose(a.t, a.lat, a.lon, a.height, vel_n, mat_nc, omega)
+        lat, lon, height = moved(a.lat, a.lon, a.height, a.v_north * ahead, a.v_east * ahead, a.v_down * ahead)
+        return CameraPose(a.t + ahead, lat, lon, height, vel_n, mat_nc, omega)
+
+
+def moved(
+    lat: float, lon: float, height: float, north: float, east: float, down: float
+) -> tuple[float, float, float]:
+    """Geodetic position moved by a few metres in n: right to a micrometre over a step's path."""
+    from aerosim.frames import radii
+
+    meridian, normal = radii(lat)
+    return (
+        lat + north / (float(meridian) + height),
+        lon + east / ((float(normal) + height) * math.cos(lat)),
+        height - down,
+    )
+
+
+@njit(cache=True)
+def _camera(
+    roll: float,
+    pitch: float,
+    heading: float,
+    p: float,
+    q: float,
+    r: float,
+    level: float,
+    yaw: float,
+    yaw_rate: float,
+    ahead: float,
+) -> tuple[Array, Array]:  # pragma: no cover - compiled
+    """mat_nc = Rz Ry Rx of the aircraft, Ry Rz of the mount, and omega_nc_c; turned on by `ahead` seconds."""
+    sr, cr = np.sin(roll), np.cos(roll)
+    sp, cp = np.sin(pitch), np.cos(pitch)
+    sh, ch = np.sin(heading), np.cos(heading)
+    b = np.array(
+        [
+            [ch * cp, ch * sp * sr - sh * cr, ch * sp * cr + sh * sr],
+            [sh * cp, sh * sp * sr + ch * cr, sh * sp * cr - ch * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )
+    sl, cl = np.sin(level), np.cos(level)
+    sy, cy = np.sin(yaw), np.cos(yaw)
+    m = np.array([[cl * cy, -cl * sy, sl], [sy, cy, 0.0], [-sl * cy, sl * sy, cl]])
+    mat = b @ m
+    omega = m.T @ np.array([p, q, r])
+    omega[2] += yaw_rate
+    if ahead != 0.0:
+        turn = np.array(
+            [
+                [1.0, -omega[2] * ahead, omega[1] * ahead],
+                [omega[2] * ahead, 1.0, -omega[0] * ahead],
+                [-omega[1] * ahead, omega[0] * ahead, 1.0],
+            ]
+        )
+        mat = mat @ turn
+    return mat, omega
