@@ -13,6 +13,10 @@ Problem = tuple[str, str, str]
 
 LINE_MIN_M = 500.0
 """A shorter line ends before a first strip is recognised (13 s, 900 m, from 3000 m), and is a slip of the pen."""
+WIND_SHARE = 0.8
+"""Of the airspeed: in a stronger wind a line across it asks for a drift of more than 53 deg."""
+SEARCH_MIN, SEARCH_MAX = 2, 20000
+"""Exposures: nearest and farthest at which a strip is looked for."""
 EARTH_RADIUS_M = 6371008.8
 # a period written with six digits (0.0583333 s for 7 steps of 120 Hz) is meant as whole steps
 _STEP_TOLERANCE = 1e-5
@@ -66,6 +70,45 @@ def _lines(scenario: Scenario) -> list[Problem]:
     return out
 
 
+def _search(scenario: Scenario, height: float) -> list[Problem]:
+    """The exposures searched for a strip, from the planned n = d H/(f dt V) (Schmelovsky 1988, equation 1)."""
+    rows, flight = scenario.ccd_rows, scenario.flight
+    planned = rows.spacing_px * height / (rows.focal_px * rows.period_s * flight.airspeed_m_s)
+    low, high = (part * planned for part in scenario.estimation.search_n)
+    if low < SEARCH_MIN:
+        most = rows.period_s * low / SEARCH_MIN
+        problem = f"the rows see the same ground after {planned:.3g} exposures: too few for a search"
+        return [("ccd_rows.period_s", problem, f"at most {most:.3g}")]
+    if high > SEARCH_MAX:
+        problem = f"the rows see the same ground after {planned:.0f} exposures: too many"
+        return [("ccd_rows.period_s", problem, f"at least {rows.period_s * high / SEARCH_MAX:.3g}")]
+    return []
+
+
+def _end_lap(scenario: Scenario, height: float) -> list[Problem]:
+    camera, control = scenario.frame_camera, scenario.control
+    footprint = height * camera.format_mm[0] / camera.focal_mm
+    most = 100 * (1 - camera.min_interval_s * scenario.flight.airspeed_m_s / footprint)
+    if control.end_lap_pct <= most:
+        return []
+    interval = (1 - control.end_lap_pct / 100) * footprint / scenario.flight.airspeed_m_s
+    problem = (
+        f"{control.end_lap_pct:g} % needs a photo each {interval:.3g} s, faster than frame_camera.min_interval_s"
+    )
+    return [("control.end_lap_pct", problem, f"at most {most:.4g}" if most > 0 else "a shorter min_interval_s")]
+
+
+def _wind(scenario: Scenario) -> list[Problem]:
+    speed, limit = getattr(scenario.air.wind, "speed_m_s", 0.0), WIND_SHARE * scenario.flight.airspeed_m_s
+    if speed <= limit:
+        return []
+    problem = f"{speed:g} m/s is too much for an airspeed of {scenario.flight.airspeed_m_s:g} m/s"
+    return [("air.wind.speed_m_s", problem, f"at most {limit:.4g}")]
+
+
 def problems(scenario: Scenario) -> list[Problem]:
     """All that does not fit together: key, problem, what is allowed."""
-    return _periods(scenario) + _lines(scenario)
+    out = _periods(scenario) + _lines(scenario) + _wind(scenario)
+    if scenario.flight.height_above == "mean_terrain":  # else the height above ground is not known yet
+        out += _search(scenario, scenario.flight.height_m) + _end_lap(scenario, scenario.flight.height_m)
+    return out

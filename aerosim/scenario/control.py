@@ -8,6 +8,7 @@ from typing import Annotated
 
 from pydantic import AfterValidator, Field
 
+from aerosim.scenario.available import AVAILABLE
 from aerosim.scenario.section import Section, wrong
 
 MODES = ("fixed", "ideal", "navigator", "schmelovsky_1988", "pipelined", "best", "gnss_ins")
@@ -16,9 +17,10 @@ MODES = ("fixed", "ideal", "navigator", "schmelovsky_1988", "pipelined", "best",
 def _known_mode(mode: str) -> str:
     if mode in MODES or re.fullmatch(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*", mode):
         return mode
-    near = get_close_matches(mode, MODES, 1)
+    modes = AVAILABLE.get("control.mode", (*MODES, "module:Class"))
+    near = get_close_matches(mode, modes, 1)
     hint = f"; did you mean {near[0]}?" if near else ""
-    raise wrong(f"unknown mode {mode!r}", f"allowed: {', '.join(MODES)}, module:Class{hint}")
+    raise wrong(f"unknown mode {mode!r}", f"allowed: {', '.join(modes)}{hint}")
 
 
 class Control(Section):

@@ -37,14 +37,17 @@ def shipped() -> dict[str, Path]:
 def find_scenario(source: str | Path) -> Path:
     """File of a scenario: a path, or the name of a shipped one.  Raises InputError with the nearest names."""
     path, names = Path(source), shipped()
-    if isinstance(source, str) and source in names and not path.is_file():
-        return names[source]
-    if path.is_dir():
-        raise InputError(
-            "is a folder", allowed="a scenario file, or a name from `aerosim list`", where=str(source)
-        )
-    if path.exists():
+    try:
+        is_folder, exists = path.is_dir(), path.exists()
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror}", where=str(source)) from error
+    if exists and not is_folder:
         return path
+    if str(source) in names:
+        return names[str(source)]
+    if is_folder:
+        allowed = "a scenario file, or a name from `aerosim list`"
+        raise InputError("is a folder", allowed=allowed, where=str(source))
     near = get_close_matches(path.stem, names, 3, 0.5)
     hint = f"did you mean {' or '.join(near)}?" if near else f"shipped: {', '.join(names)}"
     raise InputError("no such scenario file or shipped name", allowed=hint, where=str(source) or "''")
@@ -119,7 +122,7 @@ def _validated(data: dict[str, Any], places: Places) -> Scenario:
         found = translated(error.errors(include_url=False), Scenario)
         key, problem, allowed = min(found, key=lambda each: places.line(each[0]))
         raise places.error(key, problem, allowed) from error
-    scenario._places = places
+    scenario._places, scenario._given = places, data
     return scenario
 
 
@@ -149,7 +152,12 @@ def load_scenario(source: str | Path, overrides: Mapping[str, object] | None = N
 
 
 def with_overrides(scenario: Scenario, overrides: Mapping[str, object]) -> Scenario:
-    """Another scenario with some values replaced, by dotted key, checked anew.  Raises InputError."""
+    """Another scenario with some values replaced, by dotted key, checked anew.
+
+    Defaults that follow from control.mode follow the new mode.  Raises InputError.
+    """
     places = Places(scenario._places.file, dict(scenario._places.lines), dict(scenario._places.options))
-    data = _plain(scenario)
+    data = dict(scenario._given)
+    if not data or Scenario.model_validate(data) != scenario:  # made or changed in Python
+        data = _plain(scenario.model_dump(by_alias=True, exclude_unset=True))
     return _validated(_overridden(data, [Override(*item) for item in overrides.items()], places), places)

@@ -38,9 +38,10 @@ class Places:
         return next((self.lines[part] for part in around if part in self.lines), 1 if self.file else 0), ""
 
     def line(self, key: str) -> int:
-        """Line of the key or of the nearest section around it; past all lines if an option set it."""
+        """Line to sort by: past all lines if an option set the key, last if it and its section are not written."""
         line, option = self._nearest(key)
-        return 10**9 if option else line
+        written = any(key == name or key.startswith(f"{name}.") for name in self.lines)
+        return 10**9 if option else line if written else 10**9 + 1
 
     def where(self, key: str) -> str:
         """``file:line``, or the option that set the key, or "" if neither is known."""

@@ -54,6 +54,8 @@ class Scenario(Section):
     expect: Expect = Field(default={}, description="path in summary.json: {min: , max: }; not measured fails")
 
     _places: Places = PrivateAttr(default_factory=Places)
+    # as read, before any default: what a change of control.mode starts from
+    _given: dict[str, Any] = PrivateAttr(default_factory=dict)
 
     @model_validator(mode="before")
     @classmethod

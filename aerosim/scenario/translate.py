@@ -9,6 +9,7 @@ from typing import Any
 
 from pydantic.fields import FieldInfo
 
+from aerosim.scenario.available import AVAILABLE
 from aerosim.scenario.checks import Problem
 from aerosim.scenario.fields import field_at, fields, misspelt, sections_in
 from aerosim.scenario.places import dotted
@@ -22,7 +23,7 @@ _TYPES = {
     "int_from_float": "a whole number",
     "string_type": "a word",
     "bool_type": "true or false",
-    "tuple_type": "a list [...]",
+    "tuple_type": "a list",
     "dict_type": "a section",
     "model_type": "a section",
     "model_attributes_type": "a section",
@@ -68,17 +69,22 @@ def _type_problem(error: Mapping[str, Any], info: FieldInfo | None) -> tuple[str
     return f"{shown(value)} is not {wanted}", f"allowed: {wanted}{', ' + span if span else ''}"
 
 
+def _count(number: int) -> str:
+    return f"{number} value{'' if number == 1 else 's'}"
+
+
 def _length_problem(error: Mapping[str, Any]) -> tuple[str, str]:
     ctx = error["ctx"]
     if "actual_length" in ctx and ctx.get("field_type") == "Tuple":
         bound = f"at least {ctx['min_length']}" if "min_length" in ctx else f"{ctx['max_length']}"
-        return f"has {ctx['actual_length']} values", f"allowed: {bound}"
+        return f"has {_count(ctx['actual_length'])}", f"allowed: {bound}"
     return "is empty", "at least one character"
 
 
-def _choice(expected: str, value: Any, info: FieldInfo | None, loc: Sequence[str | int]) -> str:
+def _choice(error: Mapping[str, Any], info: FieldInfo | None, key: str) -> str:
     """Words that are allowed, what else the field's type allows, and the nearest word."""
-    words = expected.replace("'", "").replace(" or ", ", ")
+    loc, value = error["loc"], error.get("input")
+    words = ", ".join(AVAILABLE.get(key, (error["ctx"]["expected"].replace("'", "").replace(" or ", ", "),)))
     if info and "<word>" in loc:
         keys = fields(sections_in(info.annotation))
         words += f", or {{{', '.join(keys)}: VALUE}}" if keys else ", or a number"
@@ -93,7 +99,7 @@ def _words_of(error: Mapping[str, Any], root: type[Section], path: tuple[str | i
     if kind == "extra_forbidden":
         return misspelt(root, path)
     if kind == "literal_error":
-        return f"{shown(value)} is not known", _choice(str(ctx["expected"]), value, info, error["loc"])
+        return f"{shown(value)} is not known", _choice(error, info, dotted(path))
     if kind in _TYPES:
         return _type_problem(error, info)
     if kind in {"too_short", "too_long", "string_too_short"}:
@@ -109,15 +115,25 @@ def _words_of(error: Mapping[str, Any], root: type[Section], path: tuple[str | i
     return problem, allowed
 
 
+def _path(error: Mapping[str, Any]) -> tuple[str | int, ...]:
+    """Keys that lead to an error; the tags of unions are no keys."""
+    return tuple(part for part in error["loc"] if not (isinstance(part, str) and part.startswith("<")))
+
+
 def translated(errors: Sequence[Mapping[str, Any]], root: type[Section]) -> list[Problem]:
     """Key, problem and what is allowed of each error.  errors: of pydantic's ValidationError."""
     out: list[Problem] = []
     for error in errors:
-        # tags of unions are no keys
-        path = tuple(part for part in error["loc"] if not (isinstance(part, str) and part.startswith("<")))
+        path = _path(error)
+        if error["type"] == "too_short" and any(
+            _path(other)[: len(path)] == path != _path(other) for other in errors
+        ):
+            continue  # wrong elements are not counted: theirs are the errors
         if error["type"] == "aerosim":
             for below, problem, allowed in error["ctx"]["problems"]:
                 out.append((".".join(part for part in (dotted(path), below) if part), problem, allowed))
+        elif error["type"] == "missing" and isinstance(path[-1], int):
+            out.append((dotted(path[:-1]), f"has {_count(len(error['input']))}", f"at least {path[-1] + 1}"))
         else:
             out.append((dotted(path), *_words_of(error, root, path)))
     return out
