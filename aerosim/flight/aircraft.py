@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-import threading
 from pathlib import Path
 from typing import Any
 
-import jsbsim
 import numpy as np
 
 from aerosim.errors import InputError, RunFailure
+from aerosim.flight import fdm
 from aerosim.flight.limits import Limits
 from aerosim.flight.plan import wind_triangle
 from aerosim.flight.trim import Trim, solve
@@ -21,97 +20,52 @@ FOOT = 0.3048
 PER_FOOT = 1.0 / FOOT
 POUND = 0.45359237
 LBF = 4.4482216152605
-WARN = 3
 CHECK_EVERY = 24
 
+# fmt: off
 _STATE = (
-    "position/lat-geod-rad position/long-gc-rad position/geod-alt-ft "
-    "velocities/v-north-fps velocities/v-east-fps velocities/v-down-fps "
-    "attitude/phi-rad attitude/theta-rad attitude/psi-rad "
-    "velocities/p-rad_sec velocities/q-rad_sec velocities/r-rad_sec velocities/vt-fps"
-).split()
+    "position/lat-geod-rad", "position/long-gc-rad", "position/geod-alt-ft", "velocities/v-north-fps",
+    "velocities/v-east-fps", "velocities/v-down-fps", "attitude/phi-rad", "attitude/theta-rad",
+    "attitude/psi-rad", "velocities/p-rad_sec", "velocities/q-rad_sec", "velocities/r-rad_sec",
+    "velocities/vt-fps",
+)
 _ECEF = (
-    "position/ecef-x-ft position/ecef-y-ft position/ecef-z-ft "
-    "velocities/ecef-x-fps velocities/ecef-y-fps velocities/ecef-z-fps"
-).split()
+    "position/ecef-x-ft", "position/ecef-y-ft", "position/ecef-z-ft", "velocities/ecef-x-fps",
+    "velocities/ecef-y-fps", "velocities/ecef-z-fps",
+)
 _ACCELERATION = (
-    "accelerations/udot-ft_sec2 accelerations/vdot-ft_sec2 accelerations/wdot-ft_sec2 "
-    "accelerations/pdot-rad_sec2 accelerations/qdot-rad_sec2 accelerations/rdot-rad_sec2"
-).split()
-_WIND = "atmosphere/wind-north-fps atmosphere/wind-east-fps atmosphere/wind-down-fps".split()
+    "accelerations/udot-ft_sec2", "accelerations/vdot-ft_sec2", "accelerations/wdot-ft_sec2",
+    "accelerations/pdot-rad_sec2", "accelerations/qdot-rad_sec2", "accelerations/rdot-rad_sec2",
+)
+_WIND = ("atmosphere/wind-north-fps", "atmosphere/wind-east-fps", "atmosphere/wind-down-fps")
 _GUST = (
-    "atmosphere/gust-north-fps atmosphere/gust-east-fps atmosphere/gust-down-fps "
-    "gust/p-rad_sec gust/q-rad_sec gust/r-rad_sec"
-).split()
+    "atmosphere/gust-north-fps", "atmosphere/gust-east-fps", "atmosphere/gust-down-fps", "gust/p-rad_sec",
+    "gust/q-rad_sec", "gust/r-rad_sec",
+)
 _START = (
-    "ic/psi-true-rad ic/theta-rad ic/phi-rad ic/vn-fps ic/ve-fps ic/vd-fps ic/p-rad_sec ic/q-rad_sec ic/r-rad_sec"
-).split()
-_TRIM = "trim/elevator-rad trim/aileron-rad trim/rudder-rad trim/power-w trim/theta-rad".split()
-_COMMAND = "ap/roll-cmd-rad ap/h-cmd-ft ap/v-cmd-fps ap/on".split()
+    "ic/psi-true-rad", "ic/theta-rad", "ic/phi-rad", "ic/vn-fps", "ic/ve-fps", "ic/vd-fps", "ic/p-rad_sec",
+    "ic/q-rad_sec", "ic/r-rad_sec",
+)
+_TRIM = ("trim/elevator-rad", "trim/aileron-rad", "trim/rudder-rad", "trim/power-w", "trim/theta-rad")
+_COMMAND = ("ap/roll-cmd-rad", "ap/h-cmd-ft", "ap/v-cmd-fps", "ap/on")
 _OTHER = (
-    "aero/alpha-rad aero/qbar-psf power/available-w power/shaft-w inertia/pointmass-weight-lbs "
-    "inertia/weight-lbs ic/lat-geod-rad ic/long-gc-rad ic/h-sl-ft "
-    "forces/fbx-external-lbs forces/fbx-aero-lbs forces/fbz-aero-lbs fuel/burn-lbs_sec"
-).split()
+    "aero/alpha-rad", "aero/qbar-psf", "power/available-w", "power/shaft-w", "inertia/pointmass-weight-lbs",
+    "inertia/weight-lbs", "ic/lat-geod-rad", "ic/long-gc-rad", "ic/h-sl-ft", "forces/fbx-external-lbs",
+    "forces/fbx-aero-lbs", "forces/fbz-aero-lbs",
+)
+# fmt: on
+_NAMES = (*_STATE, *_ECEF, *_ACCELERATION, *_WIND, *_GUST, *_START, *_TRIM, *_COMMAND, *_OTHER)
 
 # Unknowns of the trim: pitch, elevator, power, roll, aileron, rudder (rad, W), and about how large they are.
 _TRIM_GUESS = np.array([0.03, 0.0, 4e5, 0.0, 0.0, 0.0])
 _TRIM_SCALE = np.array([0.1, 0.1, 2e5, 0.1, 0.1, 0.1])
 
 
-class _Log(jsbsim.FGLogger):  # type: ignore[misc]
-    """Keeps JSBSim's warnings and errors, prints nothing."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.records: list[str] = []
-        self._text = ""
-
-    def message(self, text: str) -> None:
-        """Part of a record."""
-        self._text += text
-
-    def flush(self) -> None:
-        """End of a record."""
-        if int(self.log_level) >= WARN and self._text.strip():
-            self.records.append(" ".join(self._text.split()))
-        self._text = ""
-
-
-_thread = threading.local()
-
-
-def _log() -> list[str]:
-    """Records of this thread: JSBSim's logger belongs to a thread, its debug level to the process."""
-    if not hasattr(_thread, "log"):
-        _thread.log = _Log()
-    jsbsim.FGJSBBase().debug_lvl = 0
-    jsbsim.set_logger(_thread.log)
-    records: list[str] = _thread.log.records
-    return records
-
-
-def _load(folder: Path, step_rate_hz: float) -> Any:
-    """A fresh JSBSim with the folder's model.  Raises InputError when the model cannot be loaded."""
-    if not (folder / f"{folder.name}.xml").is_file():
-        raise InputError(f"no aircraft model {folder.name}.xml", where=str(folder))
-    records = _log()
-    records.clear()
-    fdm = jsbsim.FGFDMExec(None)
-    fdm.set_dt(1.0 / step_rate_hz)  # filters take their step while they are loaded
-    root = str(folder.resolve().parent)
-    try:
-        loaded = fdm.load_model_with_paths(folder.name, root, root, root, True)
-    except jsbsim.BaseError as error:
-        raise InputError(f"aircraft model refused: {error} {' '.join(records)}", where=str(folder)) from error
-    if not loaded:
-        raise InputError(f"aircraft model refused: {' '.join(records)}", where=str(folder))
-    fdm.disable_output()
-    return fdm
-
-
 class Aircraft:
-    """One aircraft in flight.  Built, started once, then stepped; a second flight takes a second aircraft."""
+    """One aircraft in flight.  Built, started once, then stepped; a second flight takes a second aircraft.
+
+    command_roll(roll): the roll that the autopilot holds, rad.  bare_step(): a step of JSBSim and nothing else.
+    """
 
     def __init__(self, folder: Path, step_rate_hz: float, fuel_kg: float | None = None) -> None:
         """folder: of the model, which bears its name.  fuel_kg: None takes what the limits file says.
@@ -123,30 +77,18 @@ class Aircraft:
         self.step_period = 1.0 / self.step_rate
         fuel = self.limits.fuel_kg if fuel_kg is None else fuel_kg
         self.limits.check_fuel(fuel)
-        self._fdm = _load(folder, step_rate_hz)
-        self.log = tuple(_log())
-        self._nodes = self._find(folder)
+        self._fdm, self.warnings = fdm.load(folder, step_rate_hz)
+        self._nodes = fdm.nodes(self._fdm, _NAMES, folder)
         self._set("inertia/pointmass-weight-lbs", fuel / POUND)
         self._mass = self.limits.mass_empty_kg + fuel
         self._state = tuple(self._getter(name) for name in _STATE)
         self._ecef = tuple(self._getter(name) for name in _ECEF)
         self._wind = tuple(self._setter(name) for name in _WIND)
         self._gust = tuple(self._setter(name) for name in _GUST)
-        self._roll_command = self._setter("ap/roll-cmd-rad")
-        self._run = self._fdm.run
+        self.command_roll = self._setter("ap/roll-cmd-rad")
         self.bare_step = self._fdm.run
         self._wind_n = (0.0, 0.0, 0.0)
         self.steps = 0
-
-    def _find(self, folder: Path) -> dict[str, Any]:
-        """Nodes of all properties used here; a missing one would be made, or read as 0, without a word."""
-        manager = self._fdm.get_property_manager()
-        names = (*_STATE, *_ECEF, *_ACCELERATION, *_WIND, *_GUST, *_START, *_TRIM, *_COMMAND, *_OTHER)
-        nodes = {name: manager.get_node(name) for name in names}
-        missing = [name for name, node in nodes.items() if node is None]
-        if missing:
-            raise InputError(f"aircraft model lacks the property {missing[0]}", where=str(folder))
-        return nodes
 
     def _getter(self, name: str) -> Any:
         return self._nodes[name].get_double_value
@@ -173,16 +115,6 @@ class Aircraft:
     def fuel(self) -> float:
         """Fuel left, kg."""
         return self._get("inertia/pointmass-weight-lbs") * POUND
-
-    @property
-    def fuel_flow(self) -> float:
-        """Fuel burnt, kg/s."""
-        return self._get("fuel/burn-lbs_sec") * POUND
-
-    @property
-    def power(self) -> float:
-        """Shaft power of all engines, W."""
-        return self._get("power/shaft-w")
 
     def start(
         self,
@@ -216,6 +148,7 @@ class Aircraft:
                 allowed=f"needs {trim.power / 1e3:.0f} kW, has {trim.power_available / 1e3:.0f} kW",
             )
         self._set("trim/theta-rad", trim.pitch)
+        self._heading = trim.heading
         self._settle(wind_n)
         self.command(trim.roll, height, airspeed)
         self._set("ap/on", 1.0)
@@ -235,7 +168,7 @@ class Aircraft:
             level += height * PER_FOOT - self._get("position/geod-alt-ft")
 
     def _pose(self, attitude: Array, vel_n: Array, omega_eb_b: Array) -> Array:
-        """Attitude (heading, pitch, roll), velocity over ground, rates; returns the six accelerations, SI, in b."""
+        """The six accelerations, SI, in b, at an attitude (heading, pitch, roll), ground velocity and rates."""
         values = (*attitude, *(vel_n * PER_FOOT), *omega_eb_b)
         for name, value in zip(_START, values, strict=True):
             self._set(name, value)
@@ -255,6 +188,21 @@ class Aircraft:
         omega_en_n = np.array([east, -north, -east * math.tan(lat)])
         omega_eb_b = mat_from_attitude(heading, pitch, roll).T @ omega_en_n
         return self._pose(np.array([heading, pitch, roll]), vel_n, omega_eb_b)
+
+    def derivatives(self, x: Array) -> Array:
+        """Time derivatives of a perturbed state with the controls of the trim, in still air; for linearisation.
+
+        x: (8,), u, v, w (m/s), p, q, r (rad/s), roll, pitch (rad).  Returns (8,).  Ends the flight.
+        """
+        self._set("ap/on", 0.0)
+        if any(self._wind_n):
+            raise ValueError("derivatives are taken in still air")
+        (p, q, r), (roll, pitch) = x[3:6], x[6:]
+        heading = self._heading
+        vel_n = mat_from_attitude(heading, pitch, roll) @ x[:3]
+        found = self._pose(np.array([heading, pitch, roll]), vel_n, x[3:6])
+        turning = q * math.sin(roll) + r * math.cos(roll)
+        return np.array([*found, p + turning * math.tan(pitch), q * math.cos(roll) - r * math.sin(roll)])
 
     def _read_trim(self, x: Array, iterations: int, airspeed: float) -> Trim:
         pitch, elevator, power, roll, aileron, rudder = (float(v) for v in x)
@@ -287,13 +235,9 @@ class Aircraft:
 
     def command(self, roll: float, height: float, airspeed: float) -> None:
         """What the autopilot holds: roll (rad), ellipsoidal height (m), true airspeed (m/s)."""
-        self._roll_command(roll)
+        self.command_roll(roll)
         self._set("ap/h-cmd-ft", height * PER_FOOT)
         self._set("ap/v-cmd-fps", airspeed * PER_FOOT)
-
-    def command_roll(self, roll: float) -> None:
-        """The roll that the autopilot holds, rad."""
-        self._roll_command(roll)
 
     def step(
         self,
@@ -322,7 +266,7 @@ class Aircraft:
         roll(p)
         pitch(q)
         yaw(r)
-        self._run()
+        self.bare_step()
         self.steps += 1
         if self.steps % CHECK_EVERY == 0:
             self._check()

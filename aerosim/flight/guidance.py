@@ -18,7 +18,7 @@ Kinematics = tuple[float, float, float, float, float, float]
 OFFSET_GAIN = 1.0e-3
 RATE_GAIN = 0.0164
 INTEGRAL_GAIN = 1.6e-5
-INTEGRAL_BAND = 40.0
+INTEGRAL_BAND = 5.0
 # Rate of closing towards the line, as a part of the airspeed, at most.
 CLOSING = 0.5
 # Bank for each radian of heading on the straight part of a turn.
@@ -86,7 +86,7 @@ class Guidance:
         return a * x + b * y + c * z - self._offset
 
     def update(self, at: Kinematics, wind_north: float, wind_east: float) -> float:
-        """Roll to command, rad.  at: position (m) and velocity over ground (m/s) in e; wind: where it goes to, m/s."""
+        """Roll to command, rad.  at: position (m), ground velocity (m/s) in e; wind: where it goes to, m/s."""
         if self.phase is Phase.TURN:
             wanted = self._turn_step(at, wind_north, wind_east)
         else:
@@ -103,7 +103,7 @@ class Guidance:
         a, b, c = self._normal
         across = a * x + b * y + c * z - self._offset
         rate = a * vx + b * vy + c * vz
-        if -INTEGRAL_BAND < across < INTEGRAL_BAND:
+        if -INTEGRAL_BAND < across < INTEGRAL_BAND and self.phase is not Phase.TURN:
             self._integral += INTEGRAL_GAIN * self.period * across
         most = CLOSING * self.plan.airspeed * RATE_GAIN
         closing = OFFSET_GAIN * across
@@ -188,8 +188,10 @@ class Guidance:
         return limit if bank > limit else -limit if bank < -limit else bank
 
     def _miss_of(self, at: Kinematics, wind: tuple[float, float], left: float, lag: float) -> tuple[float, float]:
-        """Where the last arc ends beside the line if flown at its planned bank, m, and what of it a metre of radius
-        gives.  left: heading still to turn, rad; lag: s before the turn takes hold."""
+        """Where the last arc, flown at its planned bank, ends beside the line, and the share of it in the radius.
+
+        left: heading still to turn, rad; lag: s before the turn takes hold.  Returns m and m for each m of radius.
+        """
         _, _, _, vx, vy, vz = at
         a, b, c = self._normal
         across = self.cross_track(*at[:3]) + lag * (a * vx + b * vy + c * vz)

@@ -185,7 +185,7 @@ class FlightPlan:
         return self.run_in * wind_triangle(line.course, self.airspeed, wind_north, wind_east)[1]
 
     def turn(self, line: Line, position_e: Array, velocity_e: Array, wind: tuple[float, float]) -> Turn:
-        """Turn from a position (m) and velocity over ground (m/s) in e onto a line's run-in; wind north, east, m/s."""
+        """Turn onto a line's run-in from a position (m) and ground velocity (m/s) in e; wind north, east, m/s."""
         wind_along, wind_across = line.frame_wind(*wind)
         distance = self.run_in_distance(line, *wind)
         start = line.end_points(self.height)[0]

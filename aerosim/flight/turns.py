@@ -11,6 +11,8 @@ from aerosim.errors import InputError
 from aerosim.frames import GRAVITY, Array
 
 ROLL_RATE = math.radians(5.0)
+# Time by which the roll follows its command under an autopilot.
+ROLL_RESPONSE = 0.6
 TURN = 2.0 * math.pi
 
 
@@ -21,7 +23,7 @@ def turn_radius(airspeed: float, bank: float) -> float:
 
 def roll_lag(bank: float) -> float:
     """Time by which a turn rolled into at the usual rate lags one that banks at once, s."""
-    return bank / (2.0 * ROLL_RATE)
+    return bank / (2.0 * ROLL_RATE) + ROLL_RESPONSE
 
 
 class Turn(NamedTuple):
@@ -43,7 +45,7 @@ class Turn(NamedTuple):
 
 
 class _Word(NamedTuple):
-    """Arc, straight, arc for each flying time: angles (rad), heading (rad) and length (m) of the straight, all (n,)."""
+    """Arc, straight, arc for each flying time: angles (rad), heading and length (m) of the straight, (n,)."""
 
     first: Array
     straight: Array
@@ -54,7 +56,7 @@ class _Word(NamedTuple):
 def _word(
     turns: tuple[int, int], start: Array, heading: float, target: Array, heading_end: float, radius: float
 ) -> _Word:
-    """One Dubins word to moving targets.  start: (2,), target: (n, 2), m, through the air; NaN where there is none.
+    """One Dubins word to moving targets; NaN where there is none.  start: (2,), target: (n, 2), m, through air.
 
     Dubins (1957); with the target drifting against the wind, McGee & Hedrick (2007).
     """
@@ -134,7 +136,7 @@ def _arrival(
     drift: Array,
     times: Array,
 ) -> float | None:
-    """First time at which aircraft and target meet on a word with so many extra circles, s; None if they do not."""
+    """First time at which aircraft and target meet on a word with so many extra circles, s, if they do."""
 
     def late(at: Array) -> Array:
         word = _word(turns, start, heading, end - drift * at[:, None], heading_end, radius)
