@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import PurePath
 from typing import Annotated, Any
 
 import typer
@@ -92,9 +93,15 @@ def say(line: str) -> None:
         print(line, file=sys.stderr)
 
 
+def _json_value(value: Any) -> Any:
+    if isinstance(value, PurePath):
+        return str(value)
+    return value.tolist()  # numpy's numbers and arrays; anything else is a fault of the caller
+
+
 def print_json(value: object) -> None:
     """One JSON document on stdout; what JSON lacks (NaN) is refused."""
-    print(json.dumps(value, indent=2, allow_nan=False, default=str))
+    print(json.dumps(value, indent=2, allow_nan=False, default=_json_value))
 
 
 def _cell(value: Any) -> str:

@@ -18,6 +18,7 @@ from aerosim.errors import InputError
 Runs = Annotated[list[Path], typer.Argument(metavar="RUN...", help="Run directories.")]
 LOOPBACK = "127.0.0.1"
 WEB_PORT, DATA_PORT = 9090, 9876
+_STDERR = 2  # its file descriptor
 # the viewer's own entry point drops the exit code
 _VIEWER = (sys.executable, "-c", "import sys; from rerun_cli.__main__ import main; sys.exit(main())")
 
@@ -61,9 +62,7 @@ def _serve(files: list[str]) -> int:
     command = [*_VIEWER, *files, "--serve-web", "--bind", LOOPBACK]
     try:
         # stdout holds the address and nothing else
-        return subprocess.call(
-            [*command, "--web-viewer-port", str(web), "--port", str(data)], stdout=sys.stderr.fileno()
-        )
+        return subprocess.call([*command, "--web-viewer-port", str(web), "--port", str(data)], stdout=_STDERR)
     except KeyboardInterrupt:
         return 0  # the way to end a server
 

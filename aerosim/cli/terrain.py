@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -10,43 +11,40 @@ import typer
 from aerosim.cli.console import Debug, Json, Quiet, Verbose, print_json, print_table
 from aerosim.errors import InputError
 
+DATUM_OPTION = "--vertical-datum"
+# keys of the scenario in the errors of the terrain, as they are called here
+OPTION_OF = {"terrain.source": "", "terrain.vertical_datum": DATUM_OPTION}
+
 app = typer.Typer(help="Terrain: what ships, and what a user's own files are.", no_args_is_help=False)
 
 Datum = Annotated[
     str,
     typer.Option(
-        "--vertical-datum",
+        DATUM_OPTION,
         metavar="DATUM",
         help="Elevations are above: file, ellipsoidal, egm96, egm2008, or the undulation as a number of m.",
     ),
 ]
 
 
-def datum_of(text: str) -> str | dict[str, float]:
-    """Vertical datum of an option, as the scenario has it.  Raises InputError."""
+def datum_of(text: str) -> str | float:
+    """Vertical datum of an option: a word, or a constant undulation in m.  Raises InputError."""
     from aerosim.scenario.terrain import DATUMS
 
     if text in DATUMS:
         return text
     try:
-        undulation = float(text)
+        return float(text)
     except ValueError:
-        undulation = float("nan")
-    if not abs(undulation) <= 120:
         allowed = f"allowed: {', '.join(DATUMS)}, or the undulation in m"
-        raise InputError(f"{text!r} is no vertical datum", key="--vertical-datum", allowed=allowed)
-    return {"undulation_m": undulation}
+        raise InputError(f"{text!r} is no vertical datum", key=DATUM_OPTION, allowed=allowed) from None
 
 
-def _info(source: str, elevation: Path | None, datum: str) -> dict[str, Any]:
+def _info(source: str, elevation: Path | None, datum: str | float) -> dict[str, Any]:
     from aerosim.world.terrain import Terrain, find_terrain
 
-    if elevation is None:
-        orthophoto, elevation_file = find_terrain(source)
-    else:
-        orthophoto, elevation_file = Path(source), elevation
-    terrain = Terrain.open(orthophoto, elevation_file, vertical_datum=datum_of(datum))
-    return dict(terrain.info())
+    files = find_terrain(source) if elevation is None else (Path(source), elevation)
+    return Terrain.open(*files, vertical_datum=datum).info()
 
 
 @app.callback()
@@ -68,6 +66,9 @@ def info(
     debug: Debug = False,
 ) -> int:
     """Print extent, resolution, reference system, vertical datum and heights of a terrain."""
-    found = _info(source, elevation, vertical_datum)
+    try:
+        found = _info(source, elevation, datum_of(vertical_datum))
+    except InputError as error:
+        raise replace(error, key=OPTION_OF.get(error.key, error.key)) from error
     (print_json if as_json else print_table)(found)
     return 0
