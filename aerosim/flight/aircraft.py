@@ -107,6 +107,11 @@ class Aircraft:
         self.limits.check_speed(height, airspeed, self._mass)
 
     @property
+    def span(self) -> float:
+        """Wing span, m."""
+        return self._get("metrics/bw-ft") * FOOT
+
+    @property
     def time(self) -> float:
         """Time since the start, s."""
         return self.steps * self.step_period

@@ -179,7 +179,8 @@ class Guidance:
         crossed = self._miss is not None and miss * self._miss <= 0.0
         self._miss = miss
         due = turn.straight_s - self._lag
-        slack = 5.0 + 0.1 * turn.straight_s
+        # On a straight part along the line the miss says nothing about when to turn.
+        slack = 3.0 + 0.1 * turn.straight_s * abs(math.sin(turn.straight))
         if (crossed and self._clock > due - slack) or self._clock > due + slack:
             self._part, self._left, self._clock = _Part.LAST, left, 0.0
             return self._last_arc(at, wind)

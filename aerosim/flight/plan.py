@@ -153,14 +153,14 @@ class Forecast:
 class FlightPlan:
     """Lines flown in their order, at one ellipsoidal height (m) and true airspeed (m/s).
 
-    run_in: s on the line's extension before its start; bank_max: rad.  Raises InputError for values that make
+    run_in_s: on the line's extension before its start; bank_max: rad.  Raises InputError for values that make
     no flight.
     """
 
     lines: Sequence[Line]
     height: float
     airspeed: float
-    run_in: float = 60.0
+    run_in_s: float = 60.0
     bank_max: float = math.radians(20.0)
 
     def __post_init__(self) -> None:
@@ -170,8 +170,8 @@ class FlightPlan:
             raise InputError(f"airspeed of {self.airspeed:g} m/s", allowed="above 0, below 400 m/s")
         if not -500.0 <= self.height <= 20_000.0:
             raise InputError(f"height of {self.height:g} m above the ellipsoid", allowed="-500 to 20000 m")
-        if not 0.0 <= self.run_in <= 1800.0:
-            raise InputError(f"run-in of {self.run_in:g} s", allowed="0 to 1800 s")
+        if not 0.0 <= self.run_in_s <= 1800.0:
+            raise InputError(f"run-in of {self.run_in_s:g} s", allowed="0 to 1800 s")
         if not math.radians(5.0) <= self.bank_max <= math.radians(45.0):
             raise InputError(f"bank of {math.degrees(self.bank_max):g} deg", allowed="5 to 45 deg")
 
@@ -182,7 +182,7 @@ class FlightPlan:
 
     def run_in_distance(self, line: Line, wind_north: float, wind_east: float) -> float:
         """Length of a line's run-in over ground, m."""
-        return self.run_in * wind_triangle(line.course, self.airspeed, wind_north, wind_east)[1]
+        return self.run_in_s * wind_triangle(line.course, self.airspeed, wind_north, wind_east)[1]
 
     def turn(self, line: Line, position_e: Array, velocity_e: Array, wind: tuple[float, float]) -> Turn:
         """Turn onto a line's run-in from a position (m) and ground velocity (m/s) in e; wind north, east, m/s."""
@@ -219,5 +219,5 @@ class FlightPlan:
                     self.lines[index + 1], end, exit_speed * line.forward_end, (wind_north, wind_east)
                 )
                 turn_s.append(turn.duration)
-        duration = sum(line_s) + sum(turn_s) + self.run_in * len(self.lines)
+        duration = sum(line_s) + sum(turn_s) + self.run_in_s * len(self.lines)
         return Forecast(duration, tuple(line_s), tuple(turn_s), tuple(drift), tuple(speed))
