@@ -228,8 +228,8 @@ class RasterFile:
         self, crs: CRS, bounds: tuple[float, ...], resolution: float, weights: dict[int, float]
     ) -> Cells:
         """Through GDAL's warper, from the coarsest overview that is fine enough."""
-        from affine import Affine
         import rasterio.crs as rasterio_crs
+        from affine import Affine
         from rasterio.vrt import WarpedVRT
         from rasterio.warp import Resampling
 
