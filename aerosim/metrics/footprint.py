@@ -126,22 +126,23 @@ def footprint(view: View, patch: Patch | None) -> Footprint:
     rays = view.rays_n(np.vstack([view.camera.corners, view.camera.centre]))
     lengths = patch.lengths(rays)
     offsets = lengths[:, None] * rays
-    heights = _heights_within(patch, patch.points(rays[:4], lengths[:4])[:, :2])
-    known = heights[np.isfinite(heights)]
-    mean = float(known.mean()) if len(known) else np.nan
-    complete = len(known) == len(heights) and bool(np.isfinite(lengths).all())
-    return Footprint(offsets[:4], offsets[4], mean, complete)
+    heights, areas = _heights_within(patch, patch.points(rays[:4], lengths[:4])[:, :2])
+    known = np.isfinite(heights)
+    mean = float(np.average(heights[known], weights=areas[known])) if known.any() else np.nan
+    return Footprint(offsets[:4], offsets[4], mean, bool(known.all() and np.isfinite(lengths).all()))
 
 
-def _heights_within(patch: Patch, corners: Array) -> Array:
-    """Heights (m) at a grid of points within four corners (4, 2) easting, northing, m; each is its cell's."""
+def _heights_within(patch: Patch, corners: Array) -> tuple[Array, Array]:
+    """Ground within four corners (4, 2) easting, northing, m, in cells: heights (m) in their middles, areas."""
     share = (np.arange(MEAN_POINTS) + 0.5) / MEAN_POINTS
     back, right = share[:, None, None], share[None, :, None]
     front_left, front_right, rear_right, rear_left = corners
-    points = (1.0 - back) * ((1.0 - right) * front_left + right * front_right) + back * (
-        (1.0 - right) * rear_left + right * rear_right
-    )
-    return sample(patch.window, points[..., 0].ravel(), points[..., 1].ravel())
+    front, rear = front_left + right * (front_right - front_left), rear_left + right * (rear_right - rear_left)
+    points = front + back * (rear - front)
+    # The sides of a cell of this bilinear grid: their cross product is its area.
+    down, aside = rear - front, (1.0 - back) * (front_right - front_left) + back * (rear_right - rear_left)
+    areas = np.abs(down[..., 0] * aside[..., 1] - down[..., 1] * aside[..., 0])
+    return sample(patch.window, points[..., 0].ravel(), points[..., 1].ravel()), areas.ravel()
 
 
 def _box(origin: Array, mat_grid: Array, rays: Array, low: float) -> Array:
