@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 
 @dataclass(eq=False)
@@ -30,4 +31,9 @@ class InputError(Exception):
 
 
 class RunFailure(Exception):  # noqa: N818  (it is the run's end, recorded as such)
-    """A run that cannot go on (exit 3): aircraft lost, terrain left, disk full."""
+    """A run that cannot go on (exit 3): aircraft lost, terrain left, disk full.
+
+    path: the directory that holds the record up to there, None if there is none.
+    """
+
+    path: Path | None = None

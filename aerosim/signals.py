@@ -17,6 +17,7 @@ class RowExposure(NamedTuple):
 
     number: of the exposure, from 0; t: its middle, s.  row1: (pixels + 2 max_shift,), ahead;
     row2: (pixels,), behind; grey values, whole numbers from the converter.  exposure: s.
+    missing: pixels that saw no terrain and read 0: the edge of the simulated world, not a signal.
     """
 
     number: int
@@ -24,6 +25,7 @@ class RowExposure(NamedTuple):
     row1: Grey
     row2: Grey
     exposure: float
+    missing: int
 
 
 class MountReading(NamedTuple):

@@ -77,6 +77,8 @@ class StripRecogniser:
     def add(self, exposure: RowExposure, mount: MountReading) -> list[StripMatch]:
         """Take one exposure of both rows; returns the strips that it decided."""
         number = exposure.number
+        if exposure.missing:
+            return self._lose(exposure)
         self._stamps[number % len(self._stamps)] = exposure.t, mount.yaw
         decided: list[StripMatch] = []
         if self._open:
@@ -94,6 +96,12 @@ class StripRecogniser:
         """Give up the strips in flight when the rows are switched off at time t (s): reason timeout."""
         nothing = Trough(np.nan, np.nan, np.nan, Reason.TIMEOUT)
         return [self._close(slot, nothing, 0, t) for slot in sorted(self._open)]
+
+    def _lose(self, exposure: RowExposure) -> list[StripMatch]:
+        """No ground below the rows: strips that look for theirs now are lost, none is begun."""
+        steps = exposure.number - self._number1 - self._first
+        nothing = Trough(np.nan, np.nan, np.nan, Reason.OUTSIDE_TERRAIN)
+        return [self._close(slot, nothing, 0, exposure.t) for slot in sorted(self._open) if steps[slot] >= 0]
 
     def _scaled(self, row: Grey, exposure: float, max_shift: int) -> Grey:
         """Grey values as if exposed for 10 ms, and without their mean if so wanted."""

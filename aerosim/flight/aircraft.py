@@ -49,7 +49,7 @@ _START = (
 _TRIM = ("trim/elevator-rad", "trim/aileron-rad", "trim/rudder-rad", "trim/power-w", "trim/theta-rad")
 _COMMAND = ("ap/roll-cmd-rad", "ap/h-cmd-ft", "ap/v-cmd-fps", "ap/on")
 _OTHER = (
-    "aero/alpha-rad", "aero/qbar-psf", "power/available-w", "power/shaft-w", "inertia/pointmass-weight-lbs",
+    "metrics/bw-ft", "aero/alpha-rad", "aero/qbar-psf", "power/available-w", "power/shaft-w", "inertia/pointmass-weight-lbs",
     "inertia/weight-lbs", "ic/lat-geod-rad", "ic/long-gc-rad", "ic/h-sl-ft", "forces/fbx-external-lbs",
     "forces/fbx-aero-lbs", "forces/fbz-aero-lbs",
 )
@@ -73,11 +73,11 @@ class Aircraft:
         Raises InputError for a model that is missing, refused by JSBSim or without the properties used here.
         """
         self.limits = Limits.read(folder / "limits.yaml")
-        self.step_rate = float(step_rate_hz)
-        self.step_period = 1.0 / self.step_rate
         fuel = self.limits.fuel_kg if fuel_kg is None else fuel_kg
         self.limits.check_fuel(fuel)
         self._fdm, self.warnings = fdm.load(folder, step_rate_hz)
+        self.step_rate = float(step_rate_hz)
+        self.step_period = 1.0 / self.step_rate
         self._nodes = fdm.nodes(self._fdm, _NAMES, folder)
         self._set("inertia/pointmass-weight-lbs", fuel / POUND)
         self._mass = self.limits.mass_empty_kg + fuel

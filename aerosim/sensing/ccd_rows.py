@@ -7,9 +7,8 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from aerosim.frames import Array, LocalMap
-from aerosim.raster import Window
 from aerosim.sensing.row_kernel import convert, radiance
-from aerosim.signals import RowExposure
+from aerosim.signals import Grey, RowExposure
 from aerosim.truth import CameraPose
 
 NOISE_BLOCK = 512
@@ -33,11 +32,15 @@ class RowParameters(NamedTuple):
     bits: int
 
 
+Grid5 = tuple[Grey, float, float, float, float]
+
+
 class Ground(Protocol):
     """The terrain as the rows need it: windows around a place, in the map grid."""
 
-    def windows(self, easting: float, northing: float, reach: float) -> tuple[Window, Window]:
-        """Orthophoto (grey) and ellipsoidal elevation covering +-reach (m) around a point (m)."""
+    def windows(self, easting: float, northing: float, reach: float) -> tuple[Grid5, Grid5]:
+        """Orthophoto (grey) and ellipsoidal elevation covering +-reach (m) around a point (m): values,
+        easting and northing of the first cell, steps."""
 
 
 class CcdRows:
@@ -69,7 +72,6 @@ class CcdRows:
         # the widest ray, and 30 deg of attitude on top: what a window must cover, per metre above the ground
         half_view = np.hypot(self._sizes[0] / 2.0 + 2.0, par.spacing_px / 2.0 + 2.0) / par.focal_px
         self._reach = float(np.tan(np.arctan(half_view) + np.radians(15.0)))
-        self.missing = 0
 
     def new_cycle(self) -> None:
         """Find the exposure time anew from the brightness last seen; it then holds for both rows."""
@@ -78,7 +80,7 @@ class CcdRows:
             self._exposure = float(np.clip(wanted, *EXPOSURE_RANGE))
 
     def expose(self, pose: CameraPose) -> RowExposure:
-        """Both rows around the time of the pose.  Pixels without terrain read 0 and are counted in `missing`."""
+        """Both rows around the time of the pose.  Pixels without terrain read 0 and are counted."""
         par = self._par
         grid = np.array(self._local(pose.lat, pose.lon))
         reach = self._reach * max(pose.height - self._height + 500.0, 100.0)
@@ -89,7 +91,7 @@ class CcdRows:
                 row, ahead, par.focal_px, par.smear_along_px, par.smear_across_px, self._exposure,
                 pose.height, pose.mat_nc, pose.vel_n, pose.omega_nc_c, grid, *ortho, *relief, self._height,
             )  # fmt: skip
-            if mean_height == mean_height:
+            if np.isfinite(mean_height):
                 self._height = mean_height
         return self._read(pose.t, light)
 
@@ -105,9 +107,8 @@ class CcdRows:
         missing = convert(light[0], gain, 0.0, noise[: self._sizes[0]], par.noise_grey, self._full, rows[0])
         dark = par.dark_drift_grey_per_s * t
         missing += convert(light[1], gain, dark, noise[self._sizes[0] :], par.noise_grey, self._full, rows[1])
-        self.missing = missing
         if missing == 0:
             self._mean = float(light[0].mean())
-        exposure = RowExposure(self._number, t, rows[0], rows[1], self._exposure)
+        exposure = RowExposure(self._number, t, rows[0], rows[1], self._exposure, missing)
         self._number += 1
         return exposure

@@ -61,15 +61,15 @@ class Mount:
             self._noise = noise.tolist()
         return MountReading(t, self.yaw + self._noise.pop())
 
-    def pose(self, aircraft: AircraftState, ahead: float = 0.0) -> CameraPose:
+    def pose(self, aircraft: AircraftState, ahead: float = 0.0, turned: bool = True) -> CameraPose:
         """Pose of the camera now, or carried on by its present motion for `ahead` s (less than a step).
 
         The projection centre is the aircraft's centre of gravity; mat_bm = Ry(level pitch) Rz(yaw), and c is m.
+        turned: False for a device on the mount's fixed part, which is levelled but does not follow the yaw.
         """
         a = aircraft
-        mat_nc, omega = _camera(
-            a.roll, a.pitch, a.heading, a.p, a.q, a.r, self._par.level_pitch, self.yaw, self.rate, ahead
-        )
+        yaw, rate = (self.yaw, self.rate) if turned else (0.0, 0.0)
+        mat_nc, omega = _camera(a.roll, a.pitch, a.heading, a.p, a.q, a.r, self._par.level_pitch, yaw, rate, ahead)
         vel_n = np.array([a.v_north, a.v_east, a.v_down])
         if ahead == 0.0:
             return CameraPose(a.t, a.lat, a.lon, a.height, vel_n, mat_nc, omega)

@@ -156,7 +156,7 @@ def radiance(
                     grid[1] + grid[4] * north + grid[5] * east,
                 )
         out[i] = value
-    return total / pixels
+    return float(total / pixels)
 
 
 @njit(cache=True)

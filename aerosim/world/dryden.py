@@ -42,7 +42,7 @@ def _transverse(
 ) -> GaussProcess:
     """sigma sqrt(tau) (1 + sqrt(3) tau s)/(1 + tau s)^2 and sign (s/V)/(1 + rate_tau s) of it."""
     k = sigma * np.sqrt(tau)
-    # x0 = 1/(1 + tau s)^2 times tau, x1 its derivative; y = k (x0 + sqrt(3) tau x1); x2 = y through the span filter
+    # x0 = tau^2/(1 + tau s)^2 of white noise, x1 its derivative, x2 = the gust through the span filter
     gust = k * np.array([1.0, np.sqrt(3.0) * tau]) / tau**2
     a = np.zeros((3, 3))
     a[0, 1] = 1.0

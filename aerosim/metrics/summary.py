@@ -1,0 +1,165 @@
+"""The figures of summary.json: statistics over the survey lines, without the start of each."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosim.frames import Array
+from aerosim.recorder import Columns
+
+SETTLED_DEG = 2.0
+
+
+class Wanted(NamedTuple):
+    """What the flight was to keep: ellipsoidal height (m), true airspeed (m/s), end lap (%)."""
+
+    height: float
+    airspeed: float
+    end_lap_pct: float
+    exclude_first_s: float
+
+
+def summarise(telemetry: Columns, matches: Columns, photos: Columns, wanted: Wanted) -> dict[str, Any]:
+    """Sections flight, crab, vh, photos and notes of summary.json.
+
+    Everything but counts is over the survey lines without the first `exclude_first_s` of each: a fixed time,
+    since a rule about settling would reward slow controllers.  What could not be measured is None, with the
+    reason under its path in notes.
+    """
+    t, line = telemetry["t_s"], telemetry["line"]
+    starts = _line_starts(t, line)
+    used = _used(t, line, starts, wanted.exclude_first_s)
+    notes: dict[str, str] = {}
+    summary: dict[str, Any] = {
+        "flight": _flight(telemetry, used, starts, wanted),
+        "crab": _crab(telemetry, matches, used, starts, wanted.exclude_first_s),
+        "vh": _vh(telemetry, matches, used, starts, wanted.exclude_first_s),
+        "photos": _photos(photos, starts, wanted),
+    }
+    reason = _reason(used, matches)
+    for section, values in summary.items():
+        for name, value in values.items():
+            if value is None or (isinstance(value, float) and not np.isfinite(value)):
+                values[name] = None
+                notes[f"{section}.{name}"] = (
+                    "one flight line has no neighbour to compare with: not computed in this version"
+                    if name == "side_lap_min_pct"
+                    else reason
+                )
+    summary["notes"] = notes
+    return summary
+
+
+def _reason(used: NDArray[np.bool_], matches: Columns) -> str:
+    if not used.any():
+        return "no survey line was flown beyond record.exclude_first_s"
+    if not matches["accepted"].any():
+        return "no strip was accepted"
+    return "too little was recorded on the survey lines"
+
+
+def _line_starts(t: Array, line: NDArray[np.int64]) -> dict[int, float]:
+    """First time on each survey line, s."""
+    numbers = sorted(set(line[line >= 0].tolist()))
+    return {number: float(t[np.argmax(line == number)]) for number in numbers}
+
+
+def _used(t: Array, line: NDArray[np.int64], starts: dict[int, float], exclude: float) -> NDArray[np.bool_]:
+    used = np.zeros(len(t), bool)
+    for number, start in starts.items():
+        used |= (line == number) & (t >= start + exclude)
+    return used
+
+
+def _rms(values: Array) -> float:
+    values = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(values**2))) if len(values) else float("nan")
+
+
+def _mean(values: Array) -> float:
+    values = values[np.isfinite(values)]
+    return float(values.mean()) if len(values) else float("nan")
+
+
+def _flight(tel: Columns, used: NDArray[np.bool_], starts: dict[int, float], wanted: Wanted) -> dict[str, Any]:
+    def rms_about_mean(name: str) -> float:
+        return _rms(tel[name][used] - _mean(tel[name][used]))
+
+    # lines run in several directions, so that their drifts differ in sign: the mean of the lines' sizes
+    drifts = [abs(_mean(tel["drift_true_deg"][used & (tel["line"] == number)])) for number in starts]
+    return {
+        "duration_s": float(tel["t_s"][-1]) if len(tel["t_s"]) else None,
+        "lines": len(starts),
+        "cross_track_rms_m": _rms(tel["cross_track_m"][used]),
+        "height_rms_m": _rms(tel["height_m"][used] - wanted.height),
+        "airspeed_rms_m_s": _rms(tel["airspeed_m_s"][used] - wanted.airspeed),
+        "roll_rms_deg": rms_about_mean("roll_deg"),
+        "pitch_rms_deg": rms_about_mean("pitch_deg"),
+        "roll_rate_rms_deg_s": _rms(tel["p_deg_s"][used]),
+        "pitch_rate_rms_deg_s": _rms(tel["q_deg_s"][used]),
+        "yaw_rate_rms_deg_s": _rms(tel["r_deg_s"][used]),
+        "drift_mean_deg": _mean(np.array(drifts)),
+    }
+
+
+def _strips_used(matches: Columns, starts: dict[int, float], tel: Columns, exclude: float) -> NDArray[np.bool_]:
+    """Strips decided on a survey line, after its start was left out."""
+    decided = matches["t_decided_s"]
+    at = np.searchsorted(tel["t_s"], decided, side="right") - 1
+    line = np.where(at >= 0, tel["line"][np.maximum(at, 0)], -1) if len(tel["t_s"]) else np.full(len(decided), -1)
+    begin = np.array([starts.get(int(number), np.inf) for number in line])
+    return np.asarray((line >= 0) & (decided >= begin + exclude))
+
+
+def _settle(tel: Columns, starts: dict[int, float]) -> float:
+    times = []
+    for number, start in starts.items():
+        here = tel["line"] == number
+        inside = np.abs(tel["crab_true_deg"][here]) < SETTLED_DEG
+        times.append(float(tel["t_s"][here][np.argmax(inside)] - start) if inside.any() else float("nan"))
+    return _mean(np.array(times))
+
+
+def _crab(
+    tel: Columns, matches: Columns, used: NDArray[np.bool_], starts: dict[int, float], exclude: float
+) -> dict[str, Any]:
+    crab = tel["crab_true_deg"][used]
+    strips = _strips_used(matches, starts, tel, exclude)
+    accepted = matches["accepted"][strips]
+    return {
+        "residual_rms_deg": _rms(crab),
+        "residual_mean_deg": _mean(crab),
+        "residual_max_deg": float(np.abs(crab).max()) if len(crab) else None,
+        "estimate_error_rms_deg": _rms(tel["crab_est_deg"][used] - crab),
+        "settle_s": _settle(tel, starts),
+        "strips": int(strips.sum()),
+        "accepted_pct": float(100.0 * accepted.mean()) if len(accepted) else None,
+    }
+
+
+def _vh(
+    tel: Columns, matches: Columns, used: NDArray[np.bool_], starts: dict[int, float], exclude: float
+) -> dict[str, Any]:
+    error = 100.0 * (tel["vh_est_per_s"][used] / tel["vh_true_per_s"][used] - 1.0)
+    strips = _strips_used(matches, starts, tel, exclude) & matches["accepted"]
+    strip_error = 100.0 * (matches["vh_per_s"][strips] / matches["vh_true_per_s"][strips] - 1.0)
+    return {"error_rms_pct": _rms(error), "error_mean_pct": _mean(error), "strip_error_rms_pct": _rms(strip_error)}
+
+
+def _photos(photos: Columns, starts: dict[int, float], wanted: Wanted) -> dict[str, Any]:
+    begin = np.array([starts.get(int(number), np.inf) for number in photos["line"]])
+    late = photos["t_s"] >= begin + wanted.exclude_first_s
+    lap, blur = photos["end_lap_pct"][late], photos["blur_px"][late]
+    known = lap[np.isfinite(lap)]
+    return {
+        "count": len(photos["t_s"]),
+        "end_lap_mean_pct": _mean(lap),
+        "end_lap_error_rms_pct": _rms(lap - wanted.end_lap_pct),
+        "end_lap_min_pct": float(known.min()) if len(known) else None,
+        "side_lap_min_pct": None,
+        "blur_rms_px": _rms(blur),
+        "out_of_tolerance": int((photos["verdict"] != "ok").sum()),
+    }

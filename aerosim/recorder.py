@@ -1,0 +1,160 @@
+"""Collects a run while it flies, and turns it into the columns of the run directory."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosim.estimation.motion import StripUse
+from aerosim.frames import Array, wrap_pi
+from aerosim.signals import MotionEstimate, RowExposure, StripMatch
+from aerosim.truth import AircraftState, AirState, Shot
+from aerosim.world.ground import Below
+
+Columns = dict[str, NDArray[Any]]
+BLOCK = 4096
+RAW = (
+    "t lat lon height v_north v_east v_down roll pitch heading p q r airspeed "
+    "wind_north wind_east wind_down gust_u gust_v gust_w gust_p gust_q gust_r "
+    "mount_yaw drift_est vh_est yaw_read nadir footprint strip line cross_track"
+).split()
+
+
+class Samples(NamedTuple):
+    """Raw samples in SI and rad, each (n,): the names of RAW."""
+
+    values: dict[str, Array]
+
+    def __getattr__(self, name: str) -> Array:
+        """A column by its name."""
+        try:
+            return self.values[name]
+        except KeyError as error:
+            raise AttributeError(name) from error
+
+
+class Recorder:
+    """Everything that a run leaves behind, kept in memory: about 10 MB for half an hour."""
+
+    def __init__(self, keep_signals: bool) -> None:
+        """keep_signals: rows and MAD surfaces too, for the viewer."""
+        self._keep = keep_signals
+        self._blocks: list[Array] = []
+        self._used = BLOCK
+        self.strips: list[tuple[StripMatch, StripUse]] = []
+        self.shots: list[Shot] = []
+        self.fdm_wall = 0.0
+        self.rows: list[tuple[float, NDArray[np.uint16], NDArray[np.uint16]]] = []
+
+    def sample(
+        self,
+        aircraft: AircraftState,
+        air: AirState,
+        mount_yaw: float,
+        yaw_read: float,
+        estimate: MotionEstimate,
+        below: Below,
+        line: int,
+        cross_track: float,
+    ) -> None:
+        """One row of telemetry."""
+        if self._used == BLOCK:
+            self._blocks.append(np.empty((BLOCK, len(RAW))))
+            self._used = 0
+        self._blocks[-1][self._used] = (
+            *aircraft, *air, mount_yaw, estimate.drift, estimate.vh, yaw_read, *below, line, cross_track,
+        )  # fmt: skip
+        self._used += 1
+
+    @property
+    def duration(self) -> float:
+        """Time of the last sample, s."""
+        return float(self._blocks[-1][self._used - 1, 0]) if self._blocks else 0.0
+
+    def exposure(self, exposure: RowExposure) -> None:
+        """Both rows as read."""
+        if self._keep:
+            row1, row2 = exposure.row1.astype(np.uint16), exposure.row2.astype(np.uint16)
+            self.rows.append((exposure.t, row1, row2))
+
+    def strip(self, match: StripMatch, use: StripUse) -> None:
+        """A strip and what the filters made of it."""
+        self.strips.append((match if self._keep else match._replace(surface=match.surface[:0]), use))
+
+    def shot(self, shot: Shot) -> None:
+        """A photo."""
+        self.shots.append(shot)
+
+    def signals(self) -> tuple[Columns, Columns]:
+        """Columns of rows.parquet (one row per exposure) and mad.parquet (one per strip), empty if not kept.
+
+        mad_grey: the strip's surface, row by row, its first row at first_n, shifts from -(shifts - 1)/2.
+        """
+        if not self._keep:
+            return {}, {}
+        t, row1, row2 = zip(*self.rows, strict=True) if self.rows else ((), np.empty((0, 1)), np.empty((0, 1)))
+        smallest = np.uint8 if self.rows and max(np.max(row1), np.max(row2)) < 256 else np.uint16
+        surfaces = np.empty(len(self.strips), object)
+        surfaces[:] = [m.surface.ravel().tolist() for m, _ in self.strips]
+        rows: Columns = {
+            "t_s": np.array(t, float),
+            "row1_grey": np.array(row1, smallest),
+            "row2_grey": np.array(row2, smallest),
+        }
+        mad: Columns = {
+            "strip": np.array([m.strip for m, _ in self.strips], np.int64),
+            "first_n": np.array([m.first_n for m, _ in self.strips], np.int64),
+            "steps": np.array([len(m.surface) for m, _ in self.strips], np.int64),
+            "shifts": np.array([m.surface.shape[1] for m, _ in self.strips], np.int64),
+            "mad_grey": surfaces,
+        }
+        return rows, mad
+
+    def samples(self) -> Samples:
+        """The telemetry so far."""
+        blocks = (
+            [*self._blocks[:-1], self._blocks[-1][: self._used]] if self._blocks else [np.empty((0, len(RAW)))]
+        )
+        return Samples(dict(zip(RAW, np.concatenate(blocks).T, strict=True)))
+
+
+def telemetry_columns(s: Samples) -> Columns:
+    """telemetry.parquet, in the order of the contract.  Values that are not known are NaN."""
+    track = np.arctan2(s.v_east, s.v_north)
+    drift = wrap_pi(track - s.heading)
+    speed = np.hypot(s.v_north, s.v_east)
+    return {
+        "t_s": s.t,
+        "lat_deg": np.degrees(s.lat),
+        "lon_deg": np.degrees(s.lon),
+        "height_m": s.height,
+        "agl_m": s.height - s.nadir,
+        "v_north_m_s": s.v_north,
+        "v_east_m_s": s.v_east,
+        "v_down_m_s": s.v_down,
+        "roll_deg": np.degrees(s.roll),
+        "pitch_deg": np.degrees(s.pitch),
+        "heading_deg": np.degrees(np.mod(s.heading, 2.0 * np.pi)),
+        "p_deg_s": np.degrees(s.p),
+        "q_deg_s": np.degrees(s.q),
+        "r_deg_s": np.degrees(s.r),
+        "track_deg": np.degrees(np.mod(track, 2.0 * np.pi)),
+        "airspeed_m_s": s.airspeed,
+        "wind_north_m_s": s.wind_north,
+        "wind_east_m_s": s.wind_east,
+        "wind_down_m_s": s.wind_down,
+        "gust_u_m_s": s.gust_u,
+        "gust_v_m_s": s.gust_v,
+        "gust_w_m_s": s.gust_w,
+        "mount_yaw_deg": np.degrees(s.mount_yaw),
+        "drift_true_deg": np.degrees(drift),
+        "drift_est_deg": np.degrees(s.drift_est),
+        "crab_true_deg": np.degrees(wrap_pi(drift - s.mount_yaw)),
+        "crab_est_deg": np.degrees(s.drift_est - s.yaw_read),
+        "vh_true_per_s": speed / (s.height - s.footprint),
+        "vh_est_per_s": s.vh_est,
+        "line": s.line.astype(np.int64),
+        "cross_track_m": s.cross_track,
+    }

@@ -1,0 +1,192 @@
+"""The loop: one scenario flown, from the air to the photos, in the order of the physics."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from aerosim.control.law import camera_command
+from aerosim.errors import RunFailure
+from aerosim.flight.guidance import Phase
+from aerosim.metrics.footprint import Ground
+from aerosim.metrics.photos import photo_table
+from aerosim.metrics.strips import strip_table
+from aerosim.metrics.summary import Wanted, summarise
+from aerosim.record import Record, Run, telemetry_sha256
+from aerosim.recorder import Recorder, telemetry_columns
+from aerosim.rundir import Staging, write_run
+from aerosim.scenario import Scenario
+from aerosim.scenario.build import Mission, aircraft_folder, build, camera_of
+from aerosim.sensing import oracle
+from aerosim.world.ground import NOWHERE
+
+ROOM = 32_000_000  # bytes: an hour's tables
+SURVEYING = (Phase.RUN_IN, Phase.LINE)
+PROGRESS_S = 2.0
+LONGEST = 1.5  # times the planned duration; a flight that takes longer does not find its lines
+
+Progress = Callable[[float, float], None]
+
+
+class Flown(NamedTuple):
+    """How a flight ended.  duration: simulated, s; wall, fdm_wall: of all and of JSBSim, s."""
+
+    status: str
+    reason: str
+    duration: float
+    wall: float
+    fdm_wall: float
+
+
+def fly(m: Mission, log: Recorder, progress: Progress | None = None) -> Flown:
+    """Fly a mission to the end of its last line and record it.
+
+    progress: told (simulated s, planned s) every few simulated seconds.  The record in `log` is good up to the
+    moment of whatever ends the flight early: RunFailure (returned as status failed) or KeyboardInterrupt.
+    """
+    started = time.perf_counter()
+    status, reason = "done", ""
+    try:
+        _loop(m, log, progress)
+    except RunFailure as failure:
+        status, reason = "failed", str(failure)
+    except KeyboardInterrupt:
+        status, reason = "interrupted", "interrupted by the user"
+    return Flown(status, reason, log.duration, time.perf_counter() - started, log.fdm_wall)
+
+
+def _loop(m: Mission, log: Recorder, progress: Progress | None) -> None:
+    flight, mount, rows, camera = m.flight, m.mount, m.rows, m.camera
+    recogniser, estimator = m.recogniser, m.estimator
+    surveying, number, yaw_read, below = False, 0, 0.0, NOWHERE
+    told = estimate = estimator.now()
+    every_progress = round(PROGRESS_S / m.dt)
+    step = 0
+    while not flight.done:
+        t = step * m.dt
+        air = m.air.at(step)
+        line = flight.line
+        sees, records = step % m.rows_every == 0, step % m.record_every == 0
+
+        if (flight.phase in SURVEYING) != surveying:
+            surveying = not surveying
+            for match in [] if surveying else recogniser.end_line(t):
+                log.strip(match, estimator.add(match))
+            recogniser.begin_line(number)
+            estimator.begin_line()
+
+        command = camera_command(m.control, told)
+        exposes = camera.step(t, line, command)
+        if sees or records or exposes:
+            aircraft = flight.state()._replace(t=t)
+        if sees and surveying:
+            if recogniser.opens(number):
+                rows.new_cycle()
+            exposure = rows.expose(mount.pose(aircraft, turned=m.rows_turn))
+            if exposure.missing and line >= 0 and m.outside_fails:
+                raise RunFailure(
+                    f"line {line} left the terrain at {t:.1f} s ({exposure.missing} pixels see nothing)"
+                )
+            reading = mount.read(t)
+            for match in recogniser.add(exposure, reading):
+                log.strip(match, estimator.add(match))
+            log.exposure(exposure)
+            number, yaw_read = exposure.number + 1, reading.yaw
+        if sees or records:
+            below = m.look_below(aircraft)
+            estimate = estimator.now()
+            told = oracle.tell(aircraft, below.footprint) if m.told_truth else estimate
+        if exposes:
+            log.shot(camera.expose(aircraft, mount))
+        if records:
+            log.sample(aircraft, air, mount.yaw, yaw_read, estimate, below, line, flight.cross_track)
+
+        mount.step(command.mount_yaw if surveying else 0.0)
+        before = time.perf_counter()
+        flight.step(air)
+        log.fdm_wall += time.perf_counter() - before
+        step += 1
+        if progress is not None and step % every_progress == 0:
+            progress(step * m.dt, m.duration)
+        if step * m.dt > LONGEST * m.duration + 120.0:
+            raise RunFailure(f"the lines were not flown within {step * m.dt:.0f} s (planned: {m.duration:.0f} s)")
+
+
+def simulate(scenario: Scenario, progress: Progress | None = None) -> Record:
+    """Fly a scenario and put its tables together; nothing is written.
+
+    Raises InputError for a scenario that cannot be flown.  A flight that fails or is interrupted gives a record
+    up to there, with its status and reason.
+    """
+    mission = build(scenario)
+    log = Recorder(keep_signals=scenario.record.rrd)
+    flown = fly(mission, log, progress)
+    return tables(scenario, mission, log, flown)
+
+
+def tables(scenario: Scenario, m: Mission, log: Recorder, flown: Flown) -> Record:
+    """Record of a flight: its columns and its summary."""
+    samples = log.samples()
+    telemetry = telemetry_columns(samples)
+    matches = strip_table(log.strips, samples, m.motion)
+    ground = Ground(m.terrain.grid, m.terrain.elevation())
+    frame = scenario.frame_camera
+    photos = photo_table(
+        log.shots,
+        camera_of(scenario),
+        frame.exposure_s,
+        ground,
+        wanted_end_lap=scenario.control.end_lap_pct / 100.0,
+    )
+    plan = m.flight.plan
+    wanted = Wanted(plan.height, plan.airspeed, scenario.control.end_lap_pct, scenario.record.exclude_first_s)
+    columns = {
+        name: np.asarray(column, object) if isinstance(column, list) else column for name, column in photos.items()
+    }
+    rows, surfaces = log.signals()
+    summary = {
+        "status": flown.status,
+        "seed": scenario.seed,
+        "telemetry_sha256": telemetry_sha256(telemetry),
+        **summarise(telemetry, matches, columns, wanted),
+        "speed": {
+            "wall_s": flown.wall,
+            "fdm_wall_s": flown.fdm_wall,
+            "real_time_factor": flown.duration / flown.wall if flown.wall > 0.0 else None,
+        },
+    }
+    inputs = {
+        "orthophoto": m.terrain.orthophoto_file.path,
+        "elevation": m.terrain.elevation_file.path,
+        "aircraft": aircraft_folder(scenario) / f"{scenario.aircraft.model}.xml",
+    }
+    return Record(
+        scenario, flown.status, flown.reason, telemetry, matches, columns, summary, rows, surfaces, inputs
+    )
+
+
+def run(
+    scenario: Scenario, out: Path | None = None, *, overwrite: bool = False, progress: Progress | None = None
+) -> Run:
+    """Fly a scenario and write its run directory, by default runs/<name>/<seed>.
+
+    Raises InputError with nothing left behind; RunFailure (its `path` is the directory) with the record up to
+    there; KeyboardInterrupt likewise.  An earlier run is replaced only with `overwrite`, and only by a good one.
+    """
+    out = Path(out) if out is not None else Path("runs") / scenario.name / str(scenario.seed)
+    staging = Staging(out, overwrite, ROOM)
+    try:
+        record = simulate(scenario, progress)
+        done = write_run(record, staging)
+    except RunFailure:
+        raise
+    except BaseException:
+        staging.discard()
+        raise
+    if record.status == "interrupted":
+        raise KeyboardInterrupt
+    return done
