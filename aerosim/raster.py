@@ -238,7 +238,7 @@ def ray_length(
                     t += step
                 if step < 1e-5:
                     break
-            return t + 0.5 * step
+            return float(t + 0.5 * step)
         if after < 0.0:
             return np.nan
         before = after

@@ -5,23 +5,23 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import parcels
+from noise import Field, band, ramp
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 from scipy import ndimage
-
-import parcels
-from noise import Field, band, ramp
 
 Array = NDArray[np.float64]
 Line = tuple[Array, Array]
 Colour = NDArray[np.float32]
 
-FOREST = ((50, 70, 42), (74, 92, 50), (42, 60, 44), (88, 98, 56))
+FOREST = ((58, 74, 42), (78, 92, 50), (44, 60, 40), (94, 100, 58))
 FIELDS = (
     (118, 140, 74), (138, 152, 88), (104, 126, 66), (176, 168, 112), (196, 180, 128), (150, 118, 86),
     (126, 98, 74), (92, 120, 56), (74, 104, 50), (160, 158, 96), (112, 134, 84), (184, 172, 140),
 )  # fmt: skip
 CLEARED = ((132, 122, 84), (150, 132, 98), (108, 118, 70), (118, 106, 78), (92, 108, 60))
+RELIEF = 1.35
 SUN = (np.radians(315.0), np.radians(42.0))
 
 
@@ -56,26 +56,32 @@ def paint(land: Land) -> NDArray[np.uint8]:
     wood = _forest(land, slope)
     colour = np.where(farm[..., None], _fields(land), wood)
     _rivers(land, colour)
+    _ponds(land, colour, farm & (slope < 0.06))
     _draw_ways(land, colour, farm)
     texture = band(land.shape, land.pixel, 8.0, 45.0, 71, 0.3)
-    grain = np.where(farm, 0.035, 0.085).astype(np.float32)
+    grain = np.where(farm, 0.035, 0.06).astype(np.float32)
     colour *= (shade * (1.0 + grain * texture))[..., None]
-    haze = np.array([10.0, 13.0, 18.0], np.float32)
-    return np.clip(colour * 1.12 + haze, 0, 255).astype(np.uint8)
+    grey = colour @ np.array([0.299, 0.587, 0.114], np.float32)
+    colour = 0.86 * colour + 0.14 * grey[..., None]
+    haze = np.array([11.0, 12.0, 14.0], np.float32)
+    return np.clip(colour * 1.1 + haze, 0, 255).astype(np.uint8)
 
 
 def _light(land: Land) -> tuple[Field, Field]:
     """Slope (rad) of the relief, and brightness with small gullies and spurs that the model is too coarse for."""
     down, right = np.gradient(land.height, land.pixel)
     slope = np.arctan(np.hypot(down, right)).astype(np.float32)
-    rough = ramp(slope, 0.05, 0.4) * 5.0 + 0.4
-    fine = land.height + rough * band(land.shape, land.pixel, 50.0, 420.0, 11, 1.3)
+    rough = ramp(slope, 0.05, 0.4) * 1.6 + 0.25
+    fine = RELIEF * (land.height + rough * band(land.shape, land.pixel, 45.0, 260.0, 11, 1.3))
     down, right = np.gradient(fine, land.pixel)
     azimuth, altitude = SUN
     east, north = np.sin(azimuth) * np.cos(altitude), np.cos(azimuth) * np.cos(altitude)
     light = (-right * east + down * north + np.sin(altitude)) / np.sqrt(1.0 + down**2 + right**2)
     light = np.clip(light / np.sin(altitude), 0.0, None)
-    return slope, np.asarray(0.38 + 0.62 * light**0.9, np.float32)
+    # Open sky: ridges see more of it than valleys.
+    open_sky = sum(land.height - ndimage.gaussian_filter(land.height, s) for s in (12, 40)) / 60.0
+    bright = (0.34 + 0.66 * light**0.9) * (1.0 + 0.22 * np.tanh(open_sky))
+    return slope, np.asarray(bright, np.float32)
 
 
 def _farmland(land: Land, slope: Field) -> NDArray[np.bool_]:
@@ -88,7 +94,7 @@ def _farmland(land: Land, slope: Field) -> NDArray[np.bool_]:
     wild = band(land.shape, land.pixel, 700.0, 5000.0, 22, 1.0)
     wild_mean = np.bincount(patch.ravel(), wild.ravel(), count) / size
     rng = np.random.default_rng(23)
-    score = 1.25 - steep / 0.115 - above / 130.0 - 0.42 * wild_mean + rng.normal(0.0, 0.22, count)
+    score = 1.75 - steep / 0.125 - above / 95.0 - 0.42 * wild_mean + rng.normal(0.0, 0.22, count)
     return np.asarray((score > 0.0)[patch])
 
 
@@ -98,7 +104,9 @@ def _fields(land: Land) -> Colour:
     rng = np.random.default_rng(24)
     count = int(patch.max()) + 1
     palette = np.array(FIELDS, np.float32)[rng.choice(len(FIELDS), count, p=_weights(len(FIELDS)))]
-    palette *= rng.normal(1.0, 0.09, (count, 1)).astype(np.float32)
+    palette *= rng.normal(1.0, 0.1, (count, 1)).astype(np.float32) * rng.normal(1.0, 0.025, (count, 3)).astype(
+        np.float32
+    )
     colour = palette[patch]
     soil = band(land.shape, land.pixel, 40.0, 420.0, 25, 0.9)
     unevenness = (rng.uniform(0.03, 0.12, count).astype(np.float32))[patch]
@@ -118,7 +126,7 @@ def _weights(count: int) -> Array:
     """More grass than plough."""
     weights = np.ones(count)
     weights[:3] = 2.0
-    return weights / weights.sum()
+    return np.asarray(weights / weights.sum())
 
 
 def _forest(land: Land, slope: Field) -> Colour:
@@ -126,21 +134,21 @@ def _forest(land: Land, slope: Field) -> Colour:
     shape, pixel = land.shape, land.pixel
     down, right = np.gradient(ndimage.gaussian_filter(land.height, 12), pixel)
     north_facing = ramp((down / (0.15 + np.hypot(down, right))).astype(np.float32), -0.8, 0.8)
-    kind = 0.9 * north_facing + 0.5 * band(shape, pixel, 90.0, 1200.0, 31, 1.0) - ramp(land.height, 450.0, 850.0)
-    kind += 0.25 * band(shape, pixel, 45.0, 200.0, 32, 0.3)
+    kind = 0.9 * north_facing + 0.45 * band(shape, pixel, 120.0, 1800.0, 31, 1.2) - ramp(land.height, 450.0, 850.0)
+    kind += 0.2 * band(shape, pixel, 45.0, 160.0, 32, 0.0)
     colour = np.empty((*shape, 3), np.float32)
     base = [np.array(c, np.float32) for c in FOREST]
     for k in range(3):
         colour[..., k] = np.interp(kind, (-1.6, -0.4, 0.6, 1.6), [base[i][k] for i in (3, 1, 0, 2)])
-    colour *= (1.0 + 0.13 * band(shape, pixel, 45.0, 380.0, 33, 0.7))[..., None]
+    colour *= (1.0 + 0.10 * band(shape, pixel, 45.0, 300.0, 33, 0.5))[..., None]
     stands = parcels.split(shape, pixel, 1100.0, (110.0, 700.0), 34)
     colour *= (0.86 + 0.28 * parcels.values(stands, 35))[..., None]
     _clear(land, slope, stands, colour)
     _benches(land, slope, colour)
     cove = ramp(30.0 - land.above_channel, 0.0, 30.0) * ramp(slope, 0.05, 0.2)
     colour *= (1.0 - 0.2 * cove)[..., None]
-    crowns = band(shape, pixel, 10.0, 30.0, 36, 0.0)
-    colour *= (1.0 + 0.05 * crowns)[..., None]
+    crowns = band(shape, pixel, 9.0, 26.0, 36, 0.0)
+    colour *= (1.0 + 0.09 * crowns)[..., None]
     return colour
 
 
@@ -163,9 +171,17 @@ def _benches(land: Land, slope: Field, colour: Colour) -> None:
     wander = 5.0 * band(land.shape, land.pixel, 150.0, 900.0, 52, 1.0)
     grown = band(land.shape, land.pixel, 40.0, 400.0, 53, 0.8)
     for level, phase in ((480.0, 1.0), (560.0, -1.0), (655.0, 1.0), (745.0, -1.0), (820.0, 1.0)):
-        off = (land.height + wander - level) / np.maximum(np.tan(slope), 0.05)
-        bare = ramp(24.0 - np.abs(off), 0.0, 10.0) * ramp(phase * where, 0.15, 0.6) * ramp(slope, 0.14, 0.25)
-        wall = ramp(12.0 - np.abs(off - 30.0), 0.0, 8.0) * ramp(phase * where, 0.15, 0.6) * ramp(slope, 0.14, 0.25)
+        off = np.asarray((land.height + wander - level) / np.maximum(np.tan(slope), 0.05), np.float32)
+        bare = (
+            ramp(np.float32(24.0) - np.abs(off), 0.0, 10.0)
+            * ramp(phase * where, 0.15, 0.6)
+            * ramp(slope, 0.14, 0.25)
+        )
+        wall = (
+            ramp(np.float32(12.0) - np.abs(off - np.float32(30.0)), 0.0, 8.0)
+            * ramp(phase * where, 0.15, 0.6)
+            * ramp(slope, 0.14, 0.25)
+        )
         _tint(colour, (150, 138, 108), bare * (0.35 + 0.4 * ramp(grown, -1.0, 1.0)))
         _tint(colour, (36, 46, 34), 0.6 * wall)
 
@@ -173,7 +189,7 @@ def _benches(land: Land, slope: Field, colour: Colour) -> None:
 def _rivers(land: Land, colour: Colour) -> None:
     """Trees along the water, then the water, wider the more of it there is."""
     small = [(points, width) for points, width in land.streams]
-    bank = _mask(land.shape, land.pixel, [(p, 3.2 * w + 14.0) for p, w in small])
+    bank = _mask(land.shape, land.pixel, [(p, np.where(w > 0.0, 3.2 * w + 14.0, 0.0)) for p, w in small])
     bank = ndimage.gaussian_filter(bank, 1.2) * (1.0 + 0.3 * band(land.shape, land.pixel, 15.0, 150.0, 61, 0.6))
     _tint(colour, (46, 64, 40), np.clip(0.85 * bank, 0.0, 0.9))
     wet = _mask(land.shape, land.pixel, [(p, w) for p, w in small if w.max() >= 7.0])
@@ -181,6 +197,20 @@ def _rivers(land: Land, colour: Colour) -> None:
     bar_noise = ramp(band(land.shape, land.pixel, 30.0, 300.0, 62, 0.8), 0.5, 1.2)
     _tint(colour, (178, 168, 140), 0.8 * ndimage.gaussian_filter(bars, 0.8) * bar_noise)
     _tint(colour, (58, 78, 84), 0.95 * ndimage.gaussian_filter(wet, 0.7))
+
+
+def _ponds(land: Land, colour: Colour, where: NDArray[np.bool_]) -> None:
+    """Farm ponds with a bank."""
+    rng = np.random.default_rng(63)
+    picture = Image.new("L", land.shape[::-1])
+    draw = ImageDraw.Draw(picture)
+    for place in rng.choice(np.flatnonzero(where), 90, replace=False):
+        row, col = divmod(int(place), land.shape[1])
+        a, b = rng.uniform(2.0, 9.0, 2)
+        draw.ellipse((col - a, row - b, col + a, row + b), fill=255)
+    pond = np.asarray(picture, np.float32) / 255.0
+    _tint(colour, (150, 140, 110), 0.7 * ndimage.gaussian_filter(pond, 1.6))
+    _tint(colour, (54, 76, 82), ndimage.gaussian_filter(pond, 0.6))
 
 
 def _draw_ways(land: Land, colour: Colour, farm: NDArray[np.bool_]) -> None:
@@ -213,6 +243,8 @@ def _mask(shape: tuple[int, int], pixel: float, lines: list[Line]) -> Field:
         xy = [(2.0 * c + 0.5, 2.0 * r + 0.5) for r, c in points]
         across = np.broadcast_to(np.asarray(widths, float), (len(xy),))
         for start, end, width in zip(xy[:-1], xy[1:], across[1:], strict=True):
+            if width <= 0.0:
+                continue
             draw.line([start, end], fill=255, width=max(1, round(2.0 * width / pixel)))
             half = width / pixel
             if half > 1.5:

@@ -6,14 +6,12 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-from scipy import ndimage
-
 import drainage
 import landscape
+import numpy as np
 import roads
-from noise import band
+from numpy.typing import NDArray
+from scipy import ndimage
 
 Array = NDArray[np.float64]
 CRS = "EPSG:32616"
@@ -63,7 +61,9 @@ def undulation(grid: Path | None, lon: Array, lat: Array) -> Array:
 
     if grid is not None:
         datadir.append_data_dir(str(grid))
-    geoid = Transformer.from_crs("EPSG:4326+5773", "EPSG:4979", always_xy=True, only_best=True, allow_ballpark=False)
+    geoid = Transformer.from_crs(
+        "EPSG:4326+5773", "EPSG:4979", always_xy=True, only_best=True, allow_ballpark=False
+    )
     found: Array = geoid.transform(lon, lat, np.zeros(lon.shape), errcheck=True)[2]
     return found
 
@@ -76,14 +76,22 @@ def make_land(relief: Relief) -> landscape.Land:
     area = drainage.accumulate(order, target)
     above = _above_channel(smooth, order, target, area)
     wide = (AREA[0] - 100, AREA[1] - 100, AREA[2] + 100, AREA[3] + 100)
-    coarse = ndimage.gaussian_filter(relief.heights(wide, HEIGHT_CELL)[0], 1.2)
+    coarse = ndimage.gaussian_filter(relief.heights(wide, HEIGHT_CELL)[0], 0.9)
     shape = int((AREA[3] - AREA[1]) / PHOTO_PIXEL), int((AREA[2] - AREA[0]) / PHOTO_PIXEL)
     height = _refine(coarse, shape, (wide[0], wide[3]), HEIGHT_CELL)
     hand = _refine(ndimage.gaussian_filter(above, 1.0), shape, (BASIN[0], BASIN[3]), BASIN_CELL)
-    lines = drainage.channels(order, target, area, basin.shape[1], 60.0)
-    streams = [(_to_photo(p), np.clip(1.1 * (a * BASIN_CELL**2 / 1e6) ** 0.62, 1.2, 42.0)) for p, a in lines]
+    lines = drainage.channels(order, target, area, basin.shape[1], 16.0)
+    slope = np.hypot(*np.gradient(smooth, BASIN_CELL))
+    streams = [(_to_photo(p), _stream_width(p, a, slope)) for p, a in lines]
     ways, tracks, houses = _settle(smooth, above)
     return landscape.Land(PHOTO_PIXEL, height, hand, _bend(streams), ways, tracks, _powerlines(), houses)
+
+
+def _stream_width(points: Array, area: Array, slope: Array) -> Array:
+    """Width of the water, m; 0 for rills on flat ground, whose course the filled basins invent."""
+    row, col = points.astype(int).T
+    width = np.clip(1.1 * (area * BASIN_CELL**2 / 1e6) ** 0.62, 1.2, 42.0)
+    return np.where((area < 300.0) & (slope[row, col] < 0.06), 0.0, width)
 
 
 def _above_channel(height: Array, order: NDArray[np.int64], target: NDArray[np.int64], area: Array) -> Array:
@@ -95,12 +103,16 @@ def _above_channel(height: Array, order: NDArray[np.int64], target: NDArray[np.i
     return np.maximum(flat - base, 0.0).reshape(height.shape)
 
 
-def _refine(coarse: Array, shape: tuple[int, int], corner: tuple[float, float], cell: float) -> NDArray[np.float32]:
+def _refine(
+    coarse: Array, shape: tuple[int, int], corner: tuple[float, float], cell: float
+) -> NDArray[np.float32]:
     """A coarse grid at the orthophoto's pixels, cubic.  corner: west, north of the coarse grid, m."""
     row = (corner[1] - (AREA[3] - (np.arange(shape[0]) + 0.5) * PHOTO_PIXEL)) / cell - 0.5
     col = (AREA[0] + (np.arange(shape[1]) + 0.5) * PHOTO_PIXEL - corner[0]) / cell - 0.5
     place = np.meshgrid(row, col, indexing="ij")
-    return np.asarray(ndimage.map_coordinates(coarse.astype(np.float32), place, order=3, mode="nearest"), np.float32)
+    return np.asarray(
+        ndimage.map_coordinates(coarse.astype(np.float32), place, order=3, mode="nearest"), np.float32
+    )
 
 
 def _to_photo(points: Array) -> Array:
@@ -139,24 +151,26 @@ def _settle(height: Array, above: Array) -> tuple[list[landscape.Line], list[lan
     main = roads.network(graph, cols, rng.choice(calm, 26, replace=False), 1.4)
     side = roads.network(graph, cols, np.r_[[_flat(main[0][0], cols)], rng.choice(calm, 70, replace=False)], 1.0)
     remote = roads.network(graph, cols, np.r_[[_flat(main[0][0], cols)], rng.choice(high, 60, replace=False)], 0.8)
-    ways = [(_to_photo(p), np.full(len(p), 14.0)) for p in main] + [(_to_photo(p), np.full(len(p), 7.5)) for p in side]
+    ways = [(_to_photo(p), np.full(len(p), 14.0)) for p in main] + [
+        (_to_photo(p), np.full(len(p), 7.5)) for p in side
+    ]
     tracks = [(_to_photo(p), np.full(len(p), 5.0)) for p in remote]
     return ways, tracks, _houses(rng, [w[0] for w in ways])
 
 
 def _flat(point: Array, cols: int) -> int:
-    return round(point[0]) * cols + round(point[1])
+    return int(round(point[0]) * cols + round(point[1]))
 
 
 def _houses(rng: np.random.Generator, lines: list[Array]) -> Array:
     """Houses beside the roads, crowded at their ends."""
     found = []
     for points in lines:
-        for k, at in ((i, points[i]) for i in range(len(points))):
+        for k, at in enumerate(points):
             near_end = np.exp(-min(k, len(points) - 1 - k) / 6.0)
-            for _ in range(rng.poisson(0.35 + 3.0 * near_end)):
-                found.append(at + rng.normal(0.0, 7.0 + 12.0 * near_end, 2))
-    return np.array(found)
+            count = rng.poisson(0.35 + 3.0 * near_end)
+            found.append(at + rng.normal(0.0, 7.0 + 12.0 * near_end, (count, 2)))
+    return np.concatenate(found)
 
 
 def _powerlines() -> list[landscape.Line]:
@@ -206,8 +220,19 @@ def main() -> None:
     height, lon, lat = relief.heights(AREA, HEIGHT_CELL)
     relief.require(lon, lat)
     ellipsoidal = np.round(height + undulation(options.geoid, lon, lat), 1).astype(np.float32)
-    tags = {"VERTICAL_DATUM": "ellipsoidal", "TIFFTAG_IMAGEDESCRIPTION": "SRTM, heights above the WGS 84 ellipsoid, m"}
-    write(options.out / "elevation.tif", ellipsoidal[None], HEIGHT_CELL, tags, compress="deflate", predictor=3, zlevel=9)
+    tags = {
+        "VERTICAL_DATUM": "ellipsoidal",
+        "TIFFTAG_IMAGEDESCRIPTION": "SRTM, heights above the WGS 84 ellipsoid, m",
+    }
+    write(
+        options.out / "elevation.tif",
+        ellipsoidal[None],
+        HEIGHT_CELL,
+        tags,
+        compress="deflate",
+        predictor=3,
+        zlevel=9,
+    )
     write_photo(options.out / "orthophoto.tif", landscape.paint(make_land(relief)), options.quality)
 
 

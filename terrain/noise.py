@@ -10,7 +10,7 @@ Field = NDArray[np.float32]
 
 
 def band(shape: tuple[int, int], pixel: float, short: float, long: float, seed: int, slope: float = 1.0) -> Field:
-    """Gaussian noise with wavelengths from short to long (m), unit variance, amplitude growing as wavelength**slope."""
+    """Gaussian noise of wavelengths from short to long (m), unit variance, growing as wavelength**slope."""
     rng = np.random.default_rng(seed)
     white = rng.standard_normal(shape, dtype=np.float32)
     spectrum = fft.rfft2(white, workers=2)
@@ -21,7 +21,7 @@ def band(shape: tuple[int, int], pixel: float, short: float, long: float, seed: 
     gain = f**-slope / (1.0 + (f * short) ** 8) / (1.0 + 1.0 / (f * long) ** 8)
     gain[0, 0] = 0.0
     field = fft.irfft2(spectrum * gain, s=shape, workers=2).astype(np.float32)
-    return field / field.std()
+    return np.asarray(field / field.std(), np.float32)
 
 
 def ramp(values: Field, low: float, high: float) -> Field:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+from noise import Field, band
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
-
-from noise import Field, band
 
 Labels = NDArray[np.int32]
 
@@ -18,11 +17,13 @@ def split(shape: tuple[int, int], pixel: float, district: float, sizes: tuple[fl
     """
     rng = np.random.default_rng(seed)
     rows, cols = shape
-    bend = [band(shape, pixel, 60.0, 900.0, seed + 1 + k) * (district * 0.02) for k in range(2)]
+    bend = [band(shape, pixel, 250.0, 1500.0, seed + 1 + k) * 9.0 for k in range(2)]
     north = np.arange(rows, dtype=np.float32)[:, None] * pixel + bend[0]
     east = np.arange(cols, dtype=np.float32)[None, :] * pixel + bend[1]
     count = int(rows * cols * pixel**2 / district**2) + 1
-    seeds = rng.uniform((-0.1 * rows * pixel, -0.1 * cols * pixel), (1.1 * rows * pixel, 1.1 * cols * pixel), (count, 2))
+    seeds = rng.uniform(
+        (-0.1 * rows * pixel, -0.1 * cols * pixel), (1.1 * rows * pixel, 1.1 * cols * pixel), (count, 2)
+    )
     nearest = cKDTree(seeds).query(np.stack([north.ravel(), east.ravel()], axis=-1), workers=2)[1].reshape(shape)
     labels = np.zeros(shape, np.int32)
     first = 1

@@ -141,5 +141,5 @@ def _user_folder() -> str:
 
     import pyproj
 
-    folder = Path(pyproj.datadir.get_user_data_dir())
+    folder = Path(pyproj.datadir.get_user_data_dir())  # type: ignore[attr-defined]
     return f"~/{folder.relative_to(Path.home())}" if folder.is_relative_to(Path.home()) else str(folder)
