@@ -49,9 +49,9 @@ _START = (
 _TRIM = ("trim/elevator-rad", "trim/aileron-rad", "trim/rudder-rad", "trim/power-w", "trim/theta-rad")
 _COMMAND = ("ap/roll-cmd-rad", "ap/h-cmd-ft", "ap/v-cmd-fps", "ap/on")
 _OTHER = (
-    "metrics/bw-ft", "aero/alpha-rad", "aero/qbar-psf", "power/available-w", "power/shaft-w", "inertia/pointmass-weight-lbs",
-    "inertia/weight-lbs", "ic/lat-geod-rad", "ic/long-gc-rad", "ic/h-sl-ft", "forces/fbx-external-lbs",
-    "forces/fbx-aero-lbs", "forces/fbz-aero-lbs",
+    "metrics/bw-ft", "aero/alpha-rad", "aero/qbar-psf", "power/available-w", "inertia/pointmass-weight-lbs",
+    "ic/lat-geod-rad", "ic/long-gc-rad", "ic/h-sl-ft", "forces/fbx-external-lbs", "forces/fbx-aero-lbs",
+    "forces/fbz-aero-lbs",
 )
 # fmt: on
 _NAMES = (*_STATE, *_ECEF, *_ACCELERATION, *_WIND, *_GUST, *_START, *_TRIM, *_COMMAND, *_OTHER)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -32,18 +34,25 @@ class _Log(jsbsim.FGLogger):
         self._text = ""
 
 
-_thread = threading.local()
+@contextmanager
+def _listening() -> Iterator[list[str]]:
+    """What JSBSim says meanwhile, heard in the main thread alone.
 
-
-def _records() -> list[str]:
-    """Records of this thread: JSBSim's logger belongs to a thread, its debug level to the process."""
-    if not hasattr(_thread, "log"):
-        _thread.log = _Log()
+    JSBSim keeps a logger for each thread and, when a thread ends, lets go of a Python one without holding the
+    interpreter: the process then dies now and then.  So other threads keep JSBSim's own logger, which prints
+    errors; with the debug level at 0 (of the whole process) a sound model says nothing.
+    """
     base: Any = jsbsim.FGJSBBase
     base().debug_lvl = 0
-    jsbsim.set_logger(_thread.log)
-    records: list[str] = _thread.log.records
-    return records
+    if threading.current_thread() is not threading.main_thread():
+        yield []
+        return
+    log, before = _Log(), jsbsim.get_logger()
+    jsbsim.set_logger(log)
+    try:
+        yield log.records
+    finally:
+        jsbsim.set_logger(before)
 
 
 def load(folder: Path, step_rate_hz: float) -> tuple[Any, tuple[str, ...]]:
@@ -55,10 +64,13 @@ def load(folder: Path, step_rate_hz: float) -> tuple[Any, tuple[str, ...]]:
         raise InputError(f"no aircraft model {folder.name}.xml", where=str(folder))
     if not 10.0 <= step_rate_hz <= 10_000.0:
         raise InputError(f"step rate of {step_rate_hz:g} Hz", allowed="10 to 10000 Hz")
-    records = _records()
-    records.clear()
+    with _listening() as records:
+        return _load(folder, 1.0 / step_rate_hz, records), tuple(records)
+
+
+def _load(folder: Path, period: float, records: list[str]) -> Any:
     fdm = jsbsim.FGFDMExec(None)
-    fdm.set_dt(1.0 / step_rate_hz)  # filters take their step while they are loaded
+    fdm.set_dt(period)  # filters take their step while they are loaded
     root = str(folder.resolve().parent)
     try:
         loaded = fdm.load_model_with_paths(folder.name, root, root, root, True)
@@ -67,7 +79,7 @@ def load(folder: Path, step_rate_hz: float) -> tuple[Any, tuple[str, ...]]:
     if not loaded:
         raise InputError(f"aircraft model refused: {' '.join(records)}", where=str(folder))
     fdm.disable_output()
-    return fdm, tuple(records)
+    return fdm
 
 
 def nodes(fdm: Any, names: tuple[str, ...], folder: Path) -> dict[str, Any]:
