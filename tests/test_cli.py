@@ -325,6 +325,10 @@ def test_a_failed_run_is_3_and_keeps_its_record(aerosim: Aerosim, monkeypatch: p
 def test_ctrl_c_is_130(aerosim: Aerosim, monkeypatch: pytest.MonkeyPatch) -> None:
     raising(monkeypatch, KeyboardInterrupt())
     assert aerosim("run", "calm") == Result(130, "", "interrupted\n")
+    stop = KeyboardInterrupt()
+    stop.path = Path("runs/calm/1")  # type: ignore[attr-defined]
+    raising(monkeypatch, stop)
+    assert aerosim("run", "calm") == Result(130, "runs/calm/1\n", "interrupted\n")
 
 
 def test_a_traceback_only_with_debug(aerosim: Aerosim, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -345,7 +349,7 @@ def test_a_traceback_only_with_debug(aerosim: Aerosim, monkeypatch: pytest.Monke
 
 def test_check_prints_the_forecast(aerosim: Aerosim, monkeypatch: pytest.MonkeyPatch) -> None:
     module = ModuleType("aerosim.forecast.check")
-    forecast = {"duration_s": 812.5, "lines": [{"crab_deg": 8.28}, {"crab_deg": -8.28}], "none": None}
+    forecast = {"duration_s": 812.5, "lines": [{"crab_deg": 8.28}, {"crab_deg": -0.5}], "none": None}
     module.forecast = lambda scenario: forecast | {"name": scenario.name}  # type: ignore[attr-defined]
     monkeypatch.setitem(sys.modules, "aerosim.forecast.check", module)
     result = aerosim("check", "calm", "--set", "name=other")
@@ -353,8 +357,7 @@ def test_check_prints_the_forecast(aerosim: Aerosim, monkeypatch: pytest.MonkeyP
     rows = dict(line.split(None, 1) for line in result.out.splitlines())
     assert rows == {
         "duration_s": "812.5",
-        "lines.0.crab_deg": "8.28",
-        "lines.1.crab_deg": "-8.28",
+        "lines.crab_deg": "8.28      -0.5",
         "none": "-",
         "name": "other",
     }

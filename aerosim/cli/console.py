@@ -6,7 +6,7 @@ import json
 import logging
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import PurePath
@@ -17,6 +17,7 @@ import typer
 Progress = Callable[[float, float], None]
 _PLAIN_SHARE = 0.1  # a line for each tenth where there is no terminal
 _BARE_WIDTH = 120
+_COLUMN, _BESIDE_MAX = 10, 8  # width of a column, and how many stand beside each other
 
 
 @dataclass
@@ -107,9 +108,17 @@ def print_json(value: object) -> None:
 def _cell(value: Any) -> str:
     if value is None:
         return "-"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
     if isinstance(value, float):
-        return f"{value:.4g}" if abs(value) < 1e4 else f"{value:.0f}"
+        return f"{value + 0.0:.4g}" if abs(value) < 1e4 else f"{value:.0f}"
     return str(value)
+
+
+def _side_by_side(name: str, parts: Sequence[Mapping[str, Any]]) -> Iterator[tuple[str, str]]:
+    """Equal mappings, one beside the other: a row for each key."""
+    for key in parts[0]:
+        yield f"{name}.{key}", "".join(f"{_cell(part.get(key)):<{_COLUMN}}" for part in parts).rstrip()
 
 
 def _rows(data: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:
@@ -117,11 +126,11 @@ def _rows(data: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, str]
         name = f"{prefix}{key}"
         if isinstance(value, Mapping):
             yield from _rows(value, f"{name}.")
-        elif isinstance(value, (list, tuple)) and any(isinstance(each, Mapping) for each in value):
-            for i, each in enumerate(value):
-                yield from (
-                    _rows(each, f"{name}.{i}.") if isinstance(each, Mapping) else ((f"{name}.{i}", _cell(each)),)
-                )
+        elif isinstance(value, (list, tuple)) and value and all(isinstance(each, Mapping) for each in value):
+            if len(value) <= _BESIDE_MAX:
+                yield from _side_by_side(name, value)
+            else:
+                yield from (row for i, each in enumerate(value) for row in _rows(each, f"{name}.{i}."))
         elif isinstance(value, (list, tuple)):
             yield name, ", ".join(_cell(each) for each in value)
         else:
@@ -129,7 +138,7 @@ def _rows(data: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, str]
 
 
 def print_table(data: Mapping[str, Any]) -> None:
-    """Nested values on stdout, one a line, by dotted key (with its unit)."""
+    """Nested values on stdout, one a line, by dotted key (with its unit); those of a few lines side by side."""
     rows = list(_rows(data))
     width = max((len(name) for name, _ in rows), default=0)
     for name, value in rows:

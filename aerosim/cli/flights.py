@@ -89,6 +89,10 @@ def run(
             done = aerosim.run(scenario, out, overwrite=overwrite, progress=progress)
     except InputError as error:
         raise _placed(scenario, error) from error
+    except KeyboardInterrupt as stop:
+        if path := getattr(stop, "path", None):
+            print(path)  # the record up to there
+        raise
     unmet = check_expect(done.summary, scenario.expect)
     if as_json:
         print_json({"run": str(done.path), "status": done.status, "unmet": unmet, "summary": done.summary})

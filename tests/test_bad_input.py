@@ -1,0 +1,181 @@
+"""Wrong terrain, aircraft and directories through the command line: one line, exit 2, nothing left behind."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+import rasterio
+from rasterio.transform import from_origin
+
+from aerosim.cli.app import call
+
+# 20 x 10 km in UTM zone 32, 45.07 to 45.15 N, 9.0 to 9.25 E; the line is 15.7 km along it
+EAST, NORTH = 500_000.0, 5_000_000.0
+ROWS, COLUMNS, PIXEL = 200, 400, 50.0
+SCENARIO = """\
+name: bad
+terrain:
+  source: {orthophoto: orthophoto.tif, elevation: elevation.tif}
+  vertical_datum: ellipsoidal
+flight:
+  height_m: 3000
+  airspeed_m_s: 69.44
+  lines:
+    - {start_deg: [45.1, 9.03], end_deg: [45.1, 9.23]}
+"""
+
+
+def write_raster(
+    file: str, values: np.ndarray, crs: str | None = "EPSG:32632", east: float = EAST, north: float = NORTH
+) -> None:
+    transform = from_origin(east, north, PIXEL, PIXEL)
+    shape = {"height": values.shape[0], "width": values.shape[1], "count": 1, "dtype": values.dtype}
+    with rasterio.open(file, "w", driver="GTiff", crs=crs, transform=transform, **shape) as data:
+        data.write(values, 1)
+
+
+def orthophoto(**place: object) -> None:
+    texture = np.random.default_rng(1).integers(0, 255, (ROWS, COLUMNS)).astype(np.uint8)
+    write_raster("orthophoto.tif", texture, **place)  # type: ignore[arg-type]
+
+
+def elevation(**place: object) -> None:
+    write_raster("elevation.tif", np.full((ROWS, COLUMNS), 200, np.float32), **place)  # type: ignore[arg-type]
+
+
+@pytest.fixture
+def refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> Callable[..., str]:
+    """Line that `aerosim run` refuses a scenario with, over good rasters unless they are there already."""
+    monkeypatch.chdir(tmp_path)
+    orthophoto()
+    elevation()
+
+    def line(text: str = SCENARIO, *options: str) -> str:
+        Path("bad.yaml").write_text(text)
+        before = sorted(tmp_path.rglob("*"))
+        code = call(["run", "bad.yaml", *options])
+        out, err = capsys.readouterr()
+        assert code == 2, out + err
+        assert out == ""
+        assert err.count("\n") == 1
+        assert sorted(tmp_path.rglob("*")) == before
+        return err.rstrip("\n")
+
+    return line
+
+
+Refused = Callable[..., str]
+
+
+@pytest.mark.parametrize("speed", ["30", "140"])
+def test_a_speed_that_the_aircraft_cannot_fly(refused: Refused, speed: str) -> None:
+    line = refused(SCENARIO.replace("69.44", speed))
+    assert line.startswith("bad.yaml:7: flight.airspeed_m_s: ")
+    # the allowed range is told, and holds the default
+    low, high = map(float, re.findall(r"([\d.]+) to ([\d.]+) m/s", line)[0])
+    assert low < 69.44 < high
+
+
+def test_a_height_that_the_aircraft_cannot_fly(refused: Refused) -> None:
+    line = refused(SCENARIO.replace("3000", "15000"))
+    assert re.match(r"bad\.yaml:[67]: flight\.", line)
+    assert "cannot fly at 15200 m" in line  # 15000 m above terrain of 200 m
+
+
+def test_more_fuel_than_the_tanks_hold(refused: Refused) -> None:
+    assert refused(SCENARIO + "aircraft: {fuel_kg: 90000}\n").startswith("bad.yaml:10: aircraft.fuel_kg: ")
+
+
+def test_an_aircraft_that_does_not_ship(refused: Refused) -> None:
+    line = refused(SCENARIO + "aircraft: {model: survey_twn}\n")
+    assert line.startswith("bad.yaml:10: aircraft.model: ")
+    assert "survey_twin" in line
+
+
+def test_a_terrain_that_does_not_ship(refused: Refused) -> None:
+    text = re.sub(r"source: .*", "source: pine_montain", SCENARIO)
+    line = refused(text)
+    assert line.startswith("bad.yaml:3: terrain.source: ")
+    assert "did you mean pine_mountain?" in line
+
+
+def test_a_line_that_leaves_the_terrain(refused: Refused) -> None:
+    # 9.30 E lies 3.6 km beyond the raster's edge at 9.254 E
+    line = refused(SCENARIO.replace("9.23]", "9.30]"))
+    assert line.startswith("bad.yaml:9: flight.lines.0")
+    assert re.search(r"3\.[4-9]\d* km|3[4-9]\d\d m", line), line
+
+
+def test_a_file_that_is_not_there(refused: Refused) -> None:
+    Path("orthophoto.tif").unlink()
+    line = refused()
+    assert line.startswith("bad.yaml:3: terrain.source")
+    assert "orthophoto.tif does not exist" in line
+
+
+@pytest.mark.parametrize("file", ["orthophoto.tif", "elevation.tif"])
+def test_a_file_that_is_no_raster(refused: Refused, file: str) -> None:
+    Path(file).write_text("not a raster")
+    line = refused()
+    assert line.startswith("bad.yaml:3: terrain.source")
+    assert file in line
+
+
+@pytest.mark.parametrize("file", ["orthophoto.tif", "elevation.tif"])
+def test_a_raster_cut_short(refused: Refused, file: str) -> None:
+    data = Path(file).read_bytes()
+    Path(file).write_bytes(data[: len(data) // 2])
+    line = refused()
+    assert line.startswith("bad.yaml:3: terrain.source")
+    assert file in line
+    assert "truncated" in line
+
+
+@pytest.mark.parametrize("write", [orthophoto, elevation])
+def test_a_raster_without_crs(refused: Refused, write: Callable[..., None]) -> None:
+    write(crs=None)
+    line = refused()
+    assert line.startswith("bad.yaml:3: terrain.source")
+    assert "no CRS" in line
+
+
+def test_rasters_that_do_not_overlap(refused: Refused) -> None:
+    elevation(east=EAST + 100_000)
+    line = refused()
+    assert line.startswith("bad.yaml:3: terrain.source")
+    assert "do not overlap" in line
+
+
+def test_heights_that_do_not_say_what_they_are_above(refused: Refused) -> None:
+    line = refused(SCENARIO.replace("datum: ellipsoidal", "datum: file"))
+    assert line.startswith("bad.yaml:4: terrain.vertical_datum: ")
+    assert "undulation_m" in line
+
+
+def test_orthometric_heights_are_never_taken_as_ellipsoidal(refused: Refused) -> None:
+    # Caspian depth-free height system with no geoid grid in any wheel: EPSG:5611
+    elevation(crs="EPSG:32632+5611")
+    for datum in ("file", "ellipsoidal"):
+        line = refused(SCENARIO.replace("datum: ellipsoidal", f"datum: {datum}"))
+        assert line.startswith("bad.yaml:4: terrain.vertical_datum: ")
+
+
+def test_an_output_directory_that_exists(refused: Refused) -> None:
+    Path("there").mkdir()
+    Path("there/mine.txt").write_text("keep")
+    line = refused(SCENARIO, "--out", "there")
+    assert "there" in line
+    assert "--overwrite" in line
+    assert Path("there/mine.txt").read_text() == "keep"
+
+
+@pytest.mark.parametrize("out", ["bad.yaml", "bad.yaml/below", "/proc/none"])
+def test_an_output_directory_that_cannot_be_made(refused: Refused, out: str) -> None:
+    assert out in refused(SCENARIO, "--out", out)
+    assert out in refused(SCENARIO, "--out", out, "--overwrite")
