@@ -1,4 +1,4 @@
-"""Writes the survey twin: survey_twin.xml, limits.yaml and README.md, from the tables of this file."""
+"""Writes the survey twin: its XML model and limits.yaml from the tables of this file, and its README."""
 
 from __future__ import annotations
 
@@ -195,9 +195,12 @@ def limits_yaml() -> str:
 
 
 def write_model() -> None:
-    """Write the model and its limits."""
+    """Write the model, its limits and its README."""
     (FOLDER / "survey_twin.xml").write_text(model_xml(), encoding="utf-8")
     (FOLDER / "limits.yaml").write_text(limits_yaml(), encoding="utf-8")
+    from survey_twin_readme import readme
+
+    (FOLDER / "README.md").write_text(readme(), encoding="utf-8")
 
 
 if __name__ == "__main__":

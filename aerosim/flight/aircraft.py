@@ -12,7 +12,7 @@ from aerosim.errors import InputError, RunFailure
 from aerosim.flight import fdm
 from aerosim.flight.limits import Limits
 from aerosim.flight.plan import wind_triangle
-from aerosim.flight.trim import Trim, solve
+from aerosim.flight.trim import GUESS, SCALE, Trim, solve
 from aerosim.frames import Array, mat_from_attitude, radii
 from aerosim.truth import AircraftState
 
@@ -55,10 +55,6 @@ _OTHER = (
 )
 # fmt: on
 _NAMES = (*_STATE, *_ECEF, *_ACCELERATION, *_WIND, *_GUST, *_START, *_TRIM, *_COMMAND, *_OTHER)
-
-# Unknowns of the trim: pitch, elevator, power, roll, aileron, rudder (rad, W), and about how large they are.
-_TRIM_GUESS = np.array([0.03, 0.0, 4e5, 0.0, 0.0, 0.0])
-_TRIM_SCALE = np.array([0.1, 0.1, 2e5, 0.1, 0.1, 0.1])
 
 
 class Aircraft:
@@ -112,11 +108,6 @@ class Aircraft:
         return self._get("metrics/bw-ft") * FOOT
 
     @property
-    def time(self) -> float:
-        """Time since the start, s."""
-        return self.steps * self.step_period
-
-    @property
     def fuel(self) -> float:
         """Fuel left, kg."""
         return self._get("inertia/pointmass-weight-lbs") * POUND
@@ -143,9 +134,7 @@ class Aircraft:
         self._set("ap/on", 0.0)
         self._place(lat, lon, height, wind_n)
         vel_n = air_n + np.array(wind_n)
-        x, iterations = solve(
-            lambda guess: self._trim_residual(guess, azimuth, vel_n, lat, height), _TRIM_GUESS, _TRIM_SCALE
-        )
+        x, iterations = solve(lambda guess: self._trim_residual(guess, azimuth, vel_n, lat, height), GUESS, SCALE)
         trim = self._read_trim(x, iterations, airspeed)
         if not 0.0 < trim.power <= trim.power_available:
             raise InputError(
@@ -286,7 +275,7 @@ class Aircraft:
         elif self._get("inertia/pointmass-weight-lbs") <= 0.0:
             reason = "fuel used up"
         if reason:
-            raise RunFailure(f"aircraft lost at {self.time:.2f} s: {reason}")
+            raise RunFailure(f"aircraft lost at {self.steps * self.step_period:.2f} s: {reason}")
 
     def state(self) -> AircraftState:
         """State now, SI."""

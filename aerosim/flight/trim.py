@@ -10,6 +10,10 @@ import numpy as np
 from aerosim.errors import InputError
 from aerosim.frames import Array
 
+# Unknowns of the trim: pitch, elevator, power, roll, aileron, rudder (rad, W): first guess, and about how large.
+GUESS = np.array([0.03, 0.0, 4e5, 0.0, 0.0, 0.0])
+SCALE = np.array([0.1, 0.1, 2e5, 0.1, 0.1, 0.1])
+
 
 class Trim(NamedTuple):
     """Steady level flight.  Attitude and surfaces in rad, powers at the shaft in W, thrust in N.
