@@ -7,6 +7,7 @@ from __future__ import annotations
 import errno
 import json
 import os
+import signal
 import subprocess
 import sys
 from collections.abc import Callable
@@ -329,6 +330,26 @@ def test_ctrl_c_is_130(aerosim: Aerosim, monkeypatch: pytest.MonkeyPatch) -> Non
     stop.path = Path("runs/calm/1")  # type: ignore[attr-defined]
     raising(monkeypatch, stop)
     assert aerosim("run", "calm") == Result(130, "runs/calm/1\n", "interrupted\n")
+
+
+def test_ctrl_c_in_flight_leaves_a_readable_record(tmp_path: Path) -> None:
+    from aerosim import open_run
+
+    command = [sys.executable, "-m", "aerosim", "run", "calm", "--out", "cut"]
+    with subprocess.Popen(
+        command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stderr is not None
+        assert " % of " in process.stderr.readline()  # a tenth is flown
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert err.splitlines()[-1] == "interrupted"
+    assert "Traceback" not in err
+    kept = open_run(tmp_path / "cut")
+    assert kept.status == "interrupted"
+    assert 0 < len(kept.telemetry) < 20 * 900
+    assert out.strip() in ("", "cut")
 
 
 def test_a_traceback_only_with_debug(aerosim: Aerosim, monkeypatch: pytest.MonkeyPatch) -> None:
