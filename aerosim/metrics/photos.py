@@ -57,8 +57,9 @@ def photo_table(
     """Columns of photos.parquet, each as long as the shots, which are in order of time.
 
     camera: of the pictures whose pixels count; exposure: s; ground: relief in ellipsoidal heights;
-    wanted_end_lap: share.  Definitions: `end_lap`, `end_lap_terrain`, `blur`; crab = track - camera heading;
-    tilt: of the optical axis against the vertical; gsd: height above the footprint's mean height over focal_px.
+    wanted_end_lap: share.  Definitions: `end_lap`, `end_lap_terrain`, `blur`; crab = track - camera heading, the
+    latter from 0 to 360 deg; tilt: of the optical axis against the vertical; gsd: height above the footprint's
+    mean height over focal_px.
     Numbers are arrays with NaN for what is not there: measured and smoothed poses, end lap of a line's first photo
     and in turns (line -1), ground outside of the terrain.  `verdict`: list, ok or the first of outside_terrain,
     end_lap, tilt, crab, blur that is out of tolerance; `file`: list of None, no picture is written yet.
@@ -125,7 +126,7 @@ def _pose_columns(shots: Sequence[Shot]) -> dict[str, Any]:
         "height_true_m": np.array([p.height for p in poses], float),
         "roll_true_deg": np.degrees(roll),
         "pitch_true_deg": np.degrees(pitch),
-        "heading_true_deg": np.degrees(heading),
+        "heading_true_deg": np.degrees(np.mod(heading, 2.0 * np.pi)),
     }
     true = [name for name in table if "_true_" in name]
     for kind in ("measured", "smoothed"):

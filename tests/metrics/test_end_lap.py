@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from photo_world import CAMERA, HALF_ANGLE, flat, ground_of, march, view_at, window_of
 
-from aerosim.frames import radii
+from aerosim.frames import radii, rot_z
 from aerosim.metrics.end_lap import end_lap, end_lap_terrain
 from aerosim.metrics.footprint import Ground, Relief, View
 from aerosim.truth import CameraPose
@@ -112,6 +112,7 @@ def by_dense_rays(view: View, previous: View, window, rows: int = 1200) -> float
     return min(laps)
 
 
+@pytest.mark.parametrize("course", [0.0, 233.0])
 @pytest.mark.parametrize(
     ("name", "height"),
     [
@@ -121,9 +122,10 @@ def by_dense_rays(view: View, previous: View, window, rows: int = 1200) -> float
         ("steps", lambda x, y: 300.0 + 250.0 * (np.sin(y / 170.0) > 0.0) + 0.0 * x),
     ],
 )
-def test_end_lap_on_relief_is_that_of_dense_rays(name: str, height) -> None:
+def test_end_lap_on_relief_is_that_of_dense_rays(name: str, height, course: float) -> None:
     window = window_of(height)
-    view, previous = view_at((0.0, 0.0, 0.0), 3.0, 1.5, -2.0), view_at((-1750.0, 60.0, 20.0), -2.0, -1.0, 1.0)
+    back = rot_z(np.radians(course)) @ [-1750.0, 60.0, 20.0]
+    view, previous = view_at((0.0, 0.0, 0.0), course + 3.0, 1.5, -2.0), view_at(back, course - 2.0, -1.0, 1.0)
     expected = by_dense_rays(view, previous, window)
     assert terrain_lap(view, previous, ground_of(window)) == pytest.approx(expected, abs=0.005), name
 

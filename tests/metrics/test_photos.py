@@ -54,6 +54,7 @@ def test_no_photos_make_an_empty_table() -> None:
 
 
 def test_pose_and_corners_in_degrees() -> None:
+    assert one(attitude_deg=(-90.0, 2.0, -1.0))["heading_true_deg"] == pytest.approx(270.0)
     row = one(attitude_deg=(90.0, 2.0, -1.0))
     np.testing.assert_allclose(
         [row[f"{n}_true_deg"] for n in ("lat", "lon", "heading", "pitch", "roll")],
