@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -82,7 +83,8 @@ class WindowedRaster:
     def covering(self, e_min: float, n_min: float, e_max: float, n_max: float) -> Window:
         """A window that holds the area (m), NaN outside of the raster.
 
-        Raises InputError for an area larger than two windows, RunFailure if the file cannot be read any more.
+        Raises InputError for an area larger than two windows; RunFailure for one that is not a number, or if the
+        file cannot be read any more.
         """
         if (
             self._window is not None
@@ -96,6 +98,8 @@ class WindowedRaster:
 
     def _reread(self, e_min: float, n_min: float, e_max: float, n_max: float) -> Window:
         wide, high = e_max - e_min, n_max - n_min
+        if not (math.isfinite(wide) and math.isfinite(high)):
+            raise RunFailure("the ground was asked for at a place that is not a number")
         if not (0.0 <= wide <= self._limit and 0.0 <= high <= self._limit):
             raise InputError(f"an area of {wide:.0f} x {high:.0f} m is too large to be read at once")
         grow_e, grow_n = max(self._side - wide, 0.0) / 2.0, max(self._side - high, 0.0) / 2.0

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosim.errors import InputError
+from aerosim.frames import Array
 
 if TYPE_CHECKING:
     from affine import Affine
@@ -41,10 +42,10 @@ class Cells(NamedTuple):
 
 
 def gdal_env() -> Any:
-    """The context in which GDAL is called: small block cache, its messages to the log, no network."""
+    """The context in which GDAL is called: small block cache, its messages to the log."""
     import rasterio
 
-    return rasterio.Env(GDAL_CACHEMAX=CACHE_BYTES, GDAL_DISABLE_READDIR_ON_OPEN="EMPTY_DIR")
+    return rasterio.Env(GDAL_CACHEMAX=CACHE_BYTES)
 
 
 class RasterFile:
@@ -65,7 +66,10 @@ class RasterFile:
         self.transform: Affine = data.transform
         self.width, self.height, self.count = int(data.width), int(data.height), int(data.count)
         self.dtype, self.nodata = str(data.dtypes[0]), data.nodata
-        self.bounds = tuple(float(b) for b in data.bounds)
+        t, w, h = self.transform, self.width, self.height
+        x = [t.c, t.c + t.a * w, t.c + t.b * h, t.c + t.a * w + t.b * h]
+        y = [t.f, t.f + t.d * w, t.f + t.e * h, t.f + t.d * w + t.e * h]
+        self.bounds = (min(x), min(y), max(x), max(y))
         self._check_kind()
         self._check_complete()
         self.crs, self.horizontal = self._reference()
@@ -97,15 +101,17 @@ class RasterFile:
         """A TIFF cut short opens without a murmur: see that its blocks lie within the file."""
         if self._data.driver != "GTiff":
             return
+        levels = [(1, {}), *((f, {"ovr": i}) for i, f in enumerate(self._data.overviews(1)))]
         size, (rows, cols) = self.path.stat().st_size, self._data.block_shapes[0]
-        down, across = -(-self.height // rows), -(-self.width // cols)
-        step = max(1, down * across // MAX_CHECKED_BLOCKS)
-        for index in {*range(0, down * across, step), down * across - 1}:
-            name = f"{index % across}_{index // across}"
-            offset = self._data.get_tag_item(f"BLOCK_OFFSET_{name}", "TIFF", bidx=1)
-            length = self._data.get_tag_item(f"BLOCK_SIZE_{name}", "TIFF", bidx=1)
-            if offset and length and int(offset) + int(length) > size:
-                raise InputError(f"raster {self.path} is truncated: it ends before its pixels do")
+        for factor, level in levels:
+            down, across = -(-self.height // (rows * factor)), -(-self.width // (cols * factor))
+            step = max(1, down * across // MAX_CHECKED_BLOCKS)
+            for index in {*range(0, down * across, step), down * across - 1}:
+                name = f"{index % across}_{index // across}"
+                offset = self._data.get_tag_item(f"BLOCK_OFFSET_{name}", "TIFF", bidx=1, **level)
+                length = self._data.get_tag_item(f"BLOCK_SIZE_{name}", "TIFF", bidx=1, **level)
+                if offset and length and int(offset) + int(length) > size:
+                    raise InputError(f"raster {self.path} is truncated: it ends before its pixels do")
 
     def _reference(self) -> tuple[CRS, CRS]:
         from pyproj import CRS
@@ -124,12 +130,12 @@ class RasterFile:
         from pyproj import CRS
 
         tag = str(self._data.tags().get(DATUM_TAG, "")).upper()
-        unit = (self._data.units[0] or "m").lower()
-        if unit not in ("m", "metre", "meter", "metres", "meters"):
-            raise InputError(f"raster {self.path} has values in {unit!r}", allowed="metres")
         if self.crs.is_compound:
             vertical = self.crs.sub_crs_list[1]
             return vertical, float(vertical.axis_info[0].unit_conversion_factor)
+        unit = (self._data.units[0] or "m").lower()
+        if unit not in ("m", "metre", "meter", "metres", "meters"):
+            raise InputError(f"raster {self.path} has values in {unit!r}", allowed="metres")
         if tag in DATUM_TAGS:
             found = DATUM_TAGS[tag]
             return (found if found == "ellipsoidal" else CRS.from_user_input(found)), 1.0
@@ -138,20 +144,22 @@ class RasterFile:
     def native_resolution(self, crs: CRS) -> float:
         """Pixel size in metres of the projected crs, at the middle: the geometric mean of both sides."""
         col, row = self.width / 2.0, self.height / 2.0
-        x, y = zip(*(self.transform @ p for p in ((col, row), (col + 1, row), (col, row + 1))), strict=True)
-        e, n = self._to(crs).transform(x, y)
+        e, n = self.place(crs, np.array([col, col + 1, col]), np.array([row, row, row + 1]))
         return float(np.sqrt(np.hypot(e[1] - e[0], n[1] - n[0]) * np.hypot(e[2] - e[0], n[2] - n[0])))
 
-    def outline(self, crs: CRS) -> NDArray[np.float64]:
+    def outline(self, crs: CRS) -> Array:
         """Corners through the centres of the outermost pixels, in crs, going round.  Returns (4, 2), m."""
         w, h = self.width - 0.5, self.height - 0.5
-        x, y = zip(*(self.transform @ p for p in ((0.5, 0.5), (0.5, h), (w, h), (w, 0.5))), strict=True)
-        return np.column_stack(self._to(crs).transform(x, y))
+        return np.column_stack(self.place(crs, np.array([0.5, 0.5, w, w]), np.array([0.5, h, h, 0.5])))
 
-    def _to(self, crs: CRS) -> Any:
+    def place(self, crs: CRS | str, col: Array, row: Array) -> tuple[Array, Array]:
+        """Where pixel corners lie in crs (x before y).  col, row: (n,), the file's corner is (0, 0)."""
         from pyproj import Transformer
 
-        return Transformer.from_crs(self.horizontal, crs, always_xy=True)
+        t = self.transform
+        x, y = t.a * col + t.b * row + t.c, t.d * col + t.e * row + t.f
+        found: tuple[Array, Array] = Transformer.from_crs(self.horizontal, crs, always_xy=True).transform(x, y)
+        return found
 
     def _is_aligned(self, crs: CRS) -> bool:
         t = self.transform
@@ -238,13 +246,13 @@ class RasterFile:
         cols, rows = (int(np.ceil(s / size)) + 3 for s in (bounds[2] - bounds[0], bounds[3] - bounds[1]))
         fitting = [i for i, f in enumerate(self._data.overviews(1)) if f * native <= size]
         source = self._open(self.path, OVERVIEW_LEVEL=fitting[-1]) if fitting else self._data
-        alpha = "alpha" in [c.name for c in self._data.colorinterp]
         options = {
             "src_crs": rasterio_crs.CRS.from_wkt(self.horizontal.to_wkt()),
             "crs": rasterio_crs.CRS.from_wkt(crs.to_wkt()),
             "transform": Affine(size, 0.0, west * size, 0.0, -size, north * size),
             "resampling": Resampling.average if size > 1.5 * native else Resampling.bilinear,
-            "add_alpha": self.nodata is None and not alpha,
+            "nodata": np.nan,
+            "dtype": "float32",
         }
         with WarpedVRT(source, width=cols, height=rows, **options) as warped:
             values = self._bands(warped, weights, (rows, cols))

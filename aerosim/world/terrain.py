@@ -137,10 +137,10 @@ class Terrain:
 
 def working_grid(orthophoto: RasterFile) -> MapGrid:
     """The orthophoto's grid if it is one in metres and nearly true to scale, else the UTM zone of its middle."""
-    from pyproj import Proj, Transformer
+    from pyproj import Proj
 
-    to_geographic = Transformer.from_crs(orthophoto.horizontal, "EPSG:4326", always_xy=True)
-    lon, lat = to_geographic.transform(*(orthophoto.transform @ (orthophoto.width / 2.0, orthophoto.height / 2.0)))
+    middle = np.array([orthophoto.width / 2.0]), np.array([orthophoto.height / 2.0])
+    lon, lat = (float(angle[0]) for angle in orthophoto.place("EPSG:4326", *middle))
     if not (np.isfinite(lat) and abs(lat) <= 84.0):
         raise InputError(f"raster {orthophoto.path} lies where no UTM zone is", allowed="latitudes within 84 deg")
     crs = orthophoto.horizontal
