@@ -204,6 +204,21 @@ def _above(
 
 
 @njit(cache=True, nogil=True)
+def _march(
+    height: float, ray: Array, low: float, high: float, reach: float, stride: float
+) -> tuple[float, float, float]:  # pragma: no cover - compiled
+    """Where a ray can first and last meet ground from low to high, and its step for a stride on the map, m."""
+    level = max(np.hypot(ray[0], ray[1]), 1e-9)
+    start, end, step = 0.0, 2.0 * reach / level, stride / level
+    if ray[2] < 0.0:
+        start = max(0.0, (height - high) / -ray[2])
+        fall = (high - low + 1.0 + 0.5 * (2.0 * reach) ** 2 / EARTH_RADIUS) / -ray[2]
+        end = min(end, max(start, (height - low) / -ray[2]) + fall)
+        step = min(step, max(fall, 1.0))
+    return start, end, step
+
+
+@njit(cache=True, nogil=True)
 def ray_length(
     values: Values,
     x0: float,
@@ -221,15 +236,8 @@ def ray_length(
     Steps of half a cell from the height of the highest ground down, then bisection to a hundredth of a
     millimetre.
     """
-    level = np.hypot(ray[0], ray[1])
     reach = np.hypot(values.shape[0] * dy, values.shape[1] * dx)
-    step = 0.5 * min(abs(dx), abs(dy)) / max(level, 1e-9)
-    t, end = 0.0, 2.0 * reach / max(level, 1e-9)
-    if ray[2] < 0.0:
-        t = max(0.0, (origin[2] - high) / -ray[2])
-        fall = (high - low + 1.0 + 0.5 * (2.0 * reach) ** 2 / EARTH_RADIUS) / -ray[2]
-        end = min(end, max(t, (origin[2] - low) / -ray[2]) + fall)
-        step = min(step, max(fall, 1.0))
+    t, end, step = _march(origin[2], ray, low, high, reach, 0.5 * min(abs(dx), abs(dy)))
     before = _above(values, x0, y0, dx, dy, origin, ray, grid, t)
     if before < 0.0:
         return np.nan

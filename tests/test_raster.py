@@ -155,6 +155,30 @@ class TestIntersect:
         # The wall's near side rises from 1190 m to 300 m at 1200 m; the ray comes with 162 m.
         assert point[0] == pytest.approx(1195.4, abs=0.1)
 
+    def test_directions_are_turned_into_the_grid(self):
+        window = Window.of(texture(200, 200, seed=5), 0.0, 0.0, 25.0, -25.0)
+        turn = np.array([[np.cos(0.4), -np.sin(0.4)], [np.sin(0.4), np.cos(0.4)]])
+        rays = np.random.default_rng(6).uniform((-1, -1, -1), (1, 1, -0.3), (50, 3))
+        turned = np.column_stack([rays[:, :2] @ turn.T, rays[:, 2]])
+        origin = (2500.0, -2500.0, 1500.0)
+        assert intersect(window, origin, rays, turn) == pytest.approx(
+            intersect(window, origin, turned), abs=1e-3, nan_ok=True
+        )
+
+    def test_ground_that_was_entered_unseen_is_missing(self):
+        values = np.zeros((100, 200), np.float32)
+        values[:, 50:80] = 500.0
+        rays = [[1.0, 0.0, -0.05]]
+        inside = Window.of(values, 0.0, 0.0, 10.0, -10.0)
+        assert np.isnan(intersect(inside, (600.0, -500.0, 60.0), rays)).all()
+        # The near side of the block is unknown: the ray is under ground where ground is known again.
+        values[:, 40:60] = np.nan
+        assert np.isnan(intersect(Window.of(values, 0.0, 0.0, 10.0, -10.0), (100.0, -500.0, 80.0), rays)).all()
+        # Across a hole in flat ground the ray is above ground at both sides, and goes on.
+        values[:, 60:] = 0.0
+        beyond = intersect(Window.of(values, 0.0, 0.0, 10.0, -10.0), (100.0, -500.0, 60.0), rays)
+        assert beyond[0, 0] == pytest.approx(100.0 + 60.0 / 0.05, abs=3.0)
+
     def test_missing_values(self):
         values = np.zeros((100, 100), np.float32)
         values[40:60, 70:80] = np.nan

@@ -145,5 +145,5 @@ class TestResolve:
 
     @pytest.mark.parametrize("spec", ["geoid", 500.0, float("nan")])
     def test_nonsense(self, tmp_path, spec):
-        with pytest.raises(InputError, match="unknown vertical datum|impossible"):
+        with pytest.raises(InputError, match=r"unknown vertical datum|impossible"):
             datum.resolve(spec, elevation(tmp_path / "e.tif", "EPSG:32616"))
