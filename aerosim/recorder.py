@@ -16,10 +16,10 @@ from aerosim.world.ground import Below
 Columns = dict[str, NDArray[Any]]
 BLOCK = 4096
 RAW = (
-    "t lat lon height v_north v_east v_down roll pitch heading p q r airspeed "
-    "wind_north wind_east wind_down gust_u gust_v gust_w gust_p gust_q gust_r "
-    "mount_yaw drift_est vh_est yaw_read nadir footprint strip line cross_track"
-).split()
+    "t", "lat", "lon", "height", "v_north", "v_east", "v_down", "roll", "pitch", "heading", "p", "q", "r", "airspeed",
+    "wind_north", "wind_east", "wind_down", "gust_u", "gust_v", "gust_w", "gust_p", "gust_q", "gust_r",
+    "mount_yaw", "drift_est", "vh_est", "yaw_read", "nadir", "footprint", "strip", "line", "cross_track",
+)  # fmt: skip
 
 
 class Samples(NamedTuple):
@@ -40,7 +40,7 @@ class Recorder:
 
     def __init__(self, keep_signals: bool) -> None:
         """keep_signals: rows and MAD surfaces too, for the viewer."""
-        self._keep = keep_signals
+        self.keeps_signals = keep_signals
         self._blocks: list[Array] = []
         self._used = BLOCK
         self.strips: list[tuple[StripMatch, StripUse]] = []
@@ -75,13 +75,13 @@ class Recorder:
 
     def exposure(self, exposure: RowExposure) -> None:
         """Both rows as read."""
-        if self._keep:
+        if self.keeps_signals:
             row1, row2 = exposure.row1.astype(np.uint16), exposure.row2.astype(np.uint16)
             self.rows.append((exposure.t, row1, row2))
 
     def strip(self, match: StripMatch, use: StripUse) -> None:
         """A strip and what the filters made of it."""
-        self.strips.append((match if self._keep else match._replace(surface=match.surface[:0]), use))
+        self.strips.append((match if self.keeps_signals else match._replace(surface=match.surface[:0]), use))
 
     def shot(self, shot: Shot) -> None:
         """A photo."""
@@ -92,7 +92,7 @@ class Recorder:
 
         mad_grey: the strip's surface, row by row, its first row at first_n, shifts from -(shifts - 1)/2.
         """
-        if not self._keep:
+        if not self.keeps_signals:
             return {}, {}
         t, row1, row2 = zip(*self.rows, strict=True) if self.rows else ((), np.empty((0, 1)), np.empty((0, 1)))
         smallest = np.uint8 if self.rows and max(np.max(row1), np.max(row2)) < 256 else np.uint16

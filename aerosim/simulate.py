@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from itertools import count
 from pathlib import Path
 from typing import NamedTuple
 
@@ -22,11 +23,11 @@ from aerosim.rundir import Staging, write_run
 from aerosim.scenario import Scenario
 from aerosim.scenario.build import Mission, aircraft_folder, build, camera_of
 from aerosim.sensing import oracle
-from aerosim.world.ground import NOWHERE
+from aerosim.world.ground import below
 
 ROOM = 32_000_000  # bytes: an hour's tables
 SURVEYING = (Phase.RUN_IN, Phase.LINE)
-PROGRESS_S = 2.0
+WATCH_EVERY = 256  # steps
 LONGEST = 1.5  # times the planned duration; a flight that takes longer does not find its lines
 
 Progress = Callable[[float, float], None]
@@ -62,58 +63,64 @@ def fly(m: Mission, log: Recorder, progress: Progress | None = None) -> Flown:
 def _loop(m: Mission, log: Recorder, progress: Progress | None) -> None:
     flight, mount, rows, camera = m.flight, m.mount, m.rows, m.camera
     recogniser, estimator = m.recogniser, m.estimator
-    surveying, number, yaw_read, below = False, 0, 0.0, NOWHERE
-    told = estimate = estimator.now()
-    every_progress = round(PROGRESS_S / m.dt)
-    step = 0
-    while not flight.done:
+    surveying, yaw_read, estimate = False, 0.0, estimator.now()
+    command = camera_command(m.control, estimate)
+    for step in count():
         t = step * m.dt
-        air = m.air.at(step)
-        line = flight.line
+        air, line = m.air.at(step), flight.line
         sees, records = step % m.rows_every == 0, step % m.record_every == 0
 
-        if (flight.phase in SURVEYING) != surveying:
+        if (flight.phase in SURVEYING) != surveying:  # the crew switches the camera system on and off
             surveying = not surveying
-            for match in [] if surveying else recogniser.end_line(t):
+            for match in recogniser.switch(t):
                 log.strip(match, estimator.add(match))
-            recogniser.begin_line(number)
             estimator.begin_line()
 
-        command = camera_command(m.control, told)
         exposes = camera.step(t, line, command)
         if sees or records or exposes:
             aircraft = flight.state()._replace(t=t)
+        if sees or records:
+            spot = m.ground.around(aircraft.lat, aircraft.lon, rows.reach(aircraft.height))
+            under = below(spot, aircraft.heading, *m.footprint)
         if sees and surveying:
-            if recogniser.opens(number):
+            opens = recogniser.opens()
+            if opens:
                 rows.new_cycle()
-            exposure = rows.expose(mount.pose(aircraft, turned=m.rows_turn))
+            exposure = rows.expose(mount.pose(aircraft, turned=m.rows_turn), spot, opens or log.keeps_signals)
             if exposure.missing and line >= 0 and m.outside_fails:
                 raise RunFailure(
-                    f"line {line} left the terrain at {t:.1f} s ({exposure.missing} pixels see nothing)"
+                    f"line {line} left the terrain at {t:.1f} s ({exposure.missing} pixels are blind)"
                 )
             reading = mount.read(t)
             for match in recogniser.add(exposure, reading):
                 log.strip(match, estimator.add(match))
             log.exposure(exposure)
-            number, yaw_read = exposure.number + 1, reading.yaw
+            yaw_read = reading.yaw
         if sees or records:
-            below = m.look_below(aircraft)
             estimate = estimator.now()
-            told = oracle.tell(aircraft, below.footprint) if m.told_truth else estimate
+            told = oracle.tell(aircraft, under.footprint) if m.told_truth else estimate
+            command = camera_command(m.control, told)
         if exposes:
             log.shot(camera.expose(aircraft, mount))
         if records:
-            log.sample(aircraft, air, mount.yaw, yaw_read, estimate, below, line, flight.cross_track)
+            log.sample(aircraft, air, mount.yaw, yaw_read, estimate, under, line, flight.cross_track)
+            if flight.done:
+                break
 
         mount.step(command.mount_yaw if surveying else 0.0)
         before = time.perf_counter()
         flight.step(air)
         log.fdm_wall += time.perf_counter() - before
-        step += 1
-        if progress is not None and step % every_progress == 0:
-            progress(step * m.dt, m.duration)
-        if step * m.dt > LONGEST * m.duration + 120.0:
-            raise RunFailure(f"the lines were not flown within {step * m.dt:.0f} s (planned: {m.duration:.0f} s)")
+        if step % WATCH_EVERY == 0:
+            _watch(t, m.duration, progress)
+
+
+def _watch(t: float, planned: float, progress: Progress | None) -> None:
+    """Tell the progress; give up a flight that does not find its lines."""
+    if progress is not None:
+        progress(t, planned)
+    if t > LONGEST * planned + 120.0:
+        raise RunFailure(f"the lines were not flown within {t:.0f} s (planned: {planned:.0f} s)")
 
 
 def simulate(scenario: Scenario, progress: Progress | None = None) -> Record:

@@ -21,16 +21,31 @@ def mad(row1: Grey, row2: Grey) -> Grey:
 
     row1: (u + 2 j,), its element j + i faces element i of row2.  row2: (u,).  Returns (2 j + 1,) grey levels:
     element j + mu is the shift mu, index in row I = index in row II + mu.  Centre the rows first
-    (`centred`) for the paper's variant with the difference of the row means inside the absolute value.
+    (`prepared`) for the paper's variant with the difference of the row means inside the absolute value.
     """
     found: Grey = _mad(np.asarray(row1, np.float32), np.asarray(row2, np.float32))
     return found
 
 
-def centred(row: Grey, max_shift: int) -> Grey:
-    """A row less its mean; the mean of row I is that of its u inner pixels, without the extension."""
-    inner = row[max_shift : len(row) - max_shift] if max_shift else row
-    return np.asarray(row - inner.mean(dtype=np.float64), np.float32)
+def prepared(row: Grey, max_shift: int, gain: float = 1.0, centre: bool = True) -> Grey:
+    """A row times a gain (to a common exposure time), less its mean if `centre` (the variant of (2)).
+
+    The mean of row I is that of its u inner pixels, without the extension of max_shift at either end.
+    """
+    found: Grey = _prepared(row, max_shift, np.float32(gain), centre)
+    return found
+
+
+@njit(cache=True)
+def _prepared(row: Grey, max_shift: int, gain: np.float32, centre: bool) -> Grey:  # pragma: no cover - compiled
+    total = 0.0
+    for i in range(max_shift, row.shape[0] - max_shift):
+        total += row[i]
+    mean = np.float32(total / (row.shape[0] - 2 * max_shift)) if centre else np.float32(0.0)
+    out = np.empty_like(row)
+    for i in range(row.shape[0]):
+        out[i] = (row[i] - mean) * gain
+    return out
 
 
 def padded(row1: Grey, max_shift: int) -> Grey:
@@ -82,16 +97,18 @@ def correlate(
 ) -> int:  # pragma: no cover - compiled
     """MAD of one row II against many kept rows I; says which strips ought to be judged now.
 
-    rows1: (strips, u + 2 j).  steps: (strips,) exposure within each strip's window; outside of it (negative or
-    beyond the surface) a strip is left alone.  surfaces: (strips, steps, 2 j + 1), grey levels, filled in place;
-    least, least_step: (strips,) their running minima and where.  ready: (strips,) set when the minimum has been
-    left behind by `settle` exposures, or the window ends.  Returns the number of ready strips.
+    row2: (u,), rows1: (strips, u + 2 j), both scaled and centred alike.  steps: (strips,) exposure within each
+    strip's window, counted on by one here; outside of it (negative or beyond the surface) a strip is left alone.
+    surfaces: (strips, steps, 2 j + 1), grey levels, filled in place; least, least_step: (strips,) their running
+    minima and where.  ready: (strips,) set when the minimum has been left behind by `settle` exposures, or the
+    window ends.  Returns the number of ready strips.
     """
     u = row2.shape[0]
     shifts = rows1.shape[1] - u + 1
     last = surfaces.shape[1] - 1
     count = 0
     for s in range(rows1.shape[0]):
+        steps[s] += 1
         step = steps[s]
         ready[s] = False
         if step < 0 or step > last:

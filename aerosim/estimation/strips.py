@@ -5,12 +5,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from aerosim.estimation.mad import Trough, centred, correlate, judge, padded, refine
+from aerosim.estimation.mad import Trough, correlate, judge, padded, prepared, refine
 from aerosim.signals import Grey, MountReading, Reason, RowExposure, StripMatch
 
-NEVER = np.iinfo(np.int64).max // 2  # first exposure of an empty slot
+NEVER = -(2**62)  # step of an empty slot: it does not come up
 SETTLE_PX = 2.0  # the trough must have been left behind by so many pixels of ground motion
 
 
@@ -58,81 +57,76 @@ class StripRecogniser:
         self._least = np.zeros(slots, np.float32)
         self._least_step = np.zeros(slots, np.int64)
         self._ready = np.zeros(slots, np.bool_)
-        self._number1 = np.full(slots, NEVER)
+        self._steps = np.full(slots, NEVER)
         self._open: dict[int, _Open] = {}
         self._stamps = np.zeros((self._last + 2, 2))
         self._strips = 0
-        self._next = 0
+        self._wait = 0
 
-    def opens(self, number: int) -> bool:
-        """Whether an exposure of this number begins a strip: the moment to find the exposure time anew."""
-        return not self._open if self._par.period is None else number >= self._next
+    def opens(self) -> bool:
+        """Whether the next exposure begins a strip: the moment to find the exposure time anew."""
+        return not self._open if self._par.period is None else self._wait == 0
 
-    def begin_line(self, exposure_number: int) -> None:
-        """Forget the strips in flight and start again at this exposure."""
-        self._open.clear()
-        self._number1[:] = NEVER
-        self._next = exposure_number
+    def switch(self, t: float) -> list[StripMatch]:
+        """The rows are switched on or off at time t (s): strips in flight are given up, with reason timeout."""
+        nothing = Trough(np.nan, np.nan, np.nan, Reason.TIMEOUT)
+        self._wait = 0
+        return [self._close(slot, nothing, 0, t) for slot in sorted(self._open)]
 
     def add(self, exposure: RowExposure, mount: MountReading) -> list[StripMatch]:
         """Take one exposure of both rows; returns the strips that it decided."""
-        number = exposure.number
-        if exposure.missing:
-            return self._lose(exposure)
-        self._stamps[number % len(self._stamps)] = exposure.t, mount.yaw
+        opens = self.opens()
+        self._stamps[exposure.number % len(self._stamps)] = exposure.t, mount.yaw
         decided: list[StripMatch] = []
         if self._open:
-            steps = number - self._number1 - self._first
-            if correlate(
-                self._scaled(exposure.row2, exposure.exposure, 0),
-                self._rows1, steps, self._settle, self._surfaces, self._least, self._least_step, self._ready,
-            ):  # fmt: skip
-                decided = self._decide(exposure, steps)
-        if self.opens(number):
+            ready = correlate(
+                self._prepared(exposure.row2, exposure.exposure, 0), self._rows1, self._steps, self._settle,
+                self._surfaces, self._least, self._least_step, self._ready,
+            )  # fmt: skip
+            if exposure.missing:
+                decided = self._lose(exposure.t)
+            elif ready:
+                decided = self._decide(exposure.t)
+        if opens and not exposure.missing:
             self._begin(exposure, mount)
+        elif self._wait > 0:
+            self._wait -= 1
         return decided
 
-    def end_line(self, t: float) -> list[StripMatch]:
-        """Give up the strips in flight when the rows are switched off at time t (s): reason timeout."""
-        nothing = Trough(np.nan, np.nan, np.nan, Reason.TIMEOUT)
-        return [self._close(slot, nothing, 0, t) for slot in sorted(self._open)]
-
-    def _lose(self, exposure: RowExposure) -> list[StripMatch]:
-        """No ground below the rows: strips that look for theirs now are lost, none is begun."""
-        steps = exposure.number - self._number1 - self._first
-        nothing = Trough(np.nan, np.nan, np.nan, Reason.OUTSIDE_TERRAIN)
-        return [self._close(slot, nothing, 0, exposure.t) for slot in sorted(self._open) if steps[slot] >= 0]
-
-    def _scaled(self, row: Grey, exposure: float, max_shift: int) -> Grey:
+    def _prepared(self, row: Grey, exposure: float, max_shift: int) -> Grey:
         """Grey values as if exposed for 10 ms, and without their mean if so wanted."""
-        grey = row * np.float32(0.01 / exposure)
-        return centred(grey, max_shift) if self._par.mean_subtracted else grey
+        return prepared(row, max_shift, 0.01 / exposure, self._par.mean_subtracted)
 
     def _begin(self, exposure: RowExposure, mount: MountReading) -> None:
         par = self._par
-        slot = int(np.argmax(self._number1 == NEVER))
+        slot = next(i for i in range(len(self._rows1)) if i not in self._open)
         row1 = padded(exposure.row1, par.max_shift) if par.padded else exposure.row1
-        self._rows1[slot] = self._scaled(row1, exposure.exposure, par.max_shift)
-        self._number1[slot] = exposure.number
+        self._rows1[slot] = self._prepared(row1, exposure.exposure, par.max_shift)
+        self._steps[slot] = -self._first
         self._open[slot] = _Open(self._strips, exposure.number, exposure.t, mount.yaw)
         self._strips += 1
-        self._next = exposure.number + (par.period or 0)
+        self._wait = (par.period or 1) - 1
 
-    def _decide(self, exposure: RowExposure, steps: NDArray[np.int64]) -> list[StripMatch]:
+    def _lose(self, t: float) -> list[StripMatch]:
+        """There was no ground below the rows: strips that look for theirs now are lost."""
+        nothing = Trough(np.nan, np.nan, np.nan, Reason.OUTSIDE_TERRAIN)
+        return [self._close(slot, nothing, 0, t) for slot in sorted(self._open) if self._steps[slot] >= 0]
+
+    def _decide(self, t: float) -> list[StripMatch]:
         decided = []
         for slot in np.flatnonzero(self._ready).tolist():
-            seen = int(steps[slot]) + 1
+            seen = int(self._steps[slot]) + 1
             complete = seen == self._surfaces.shape[1]
             trough = judge(self._surfaces[slot, :seen], self._steps_per_px, complete)
             if complete or trough.reason is Reason.ACCEPTED:
                 if self._par.subpixel:
                     trough = refine(self._surfaces[slot, :seen], trough, self._steps_per_px)
-                decided.append(self._close(slot, trough, seen, exposure.t))
+                decided.append(self._close(slot, trough, seen, t))
         return decided
 
     def _close(self, slot: int, trough: Trough, seen: int, t: float) -> StripMatch:
         strip = self._open.pop(slot)
-        self._number1[slot] = NEVER
+        self._steps[slot] = NEVER
         n = self._first + trough.step
         t_row2, yaw2 = (np.nan, np.nan) if np.isnan(n) else self._stamp(strip.number1 + n)
         return StripMatch(

@@ -19,7 +19,6 @@ from aerosim.estimation.strips import StripParameters, StripRecogniser
 from aerosim.flight.aircraft import Aircraft
 from aerosim.flight.jsbsim_flight import JsbsimFlight
 from aerosim.flight.plan import FlightPlan, Line, wind_triangle
-from aerosim.frames import LocalMap
 from aerosim.projection import Camera
 from aerosim.rng import generator
 from aerosim.scenario.air import SteadyWind
@@ -29,8 +28,7 @@ from aerosim.sensing.ccd_rows import CcdRows, RowParameters
 from aerosim.sensing.frame_camera import FrameCamera, ShutterParameters
 from aerosim.sensing.mount import Mount, MountParameters
 from aerosim.world.air import Air, make_air, wind_n
-from aerosim.truth import AircraftState
-from aerosim.world.ground import Below, GroundView
+from aerosim.world.ground import GroundView
 from aerosim.world.terrain import Terrain, find_terrain
 
 # Beyond the last line's end, run-ins and turns stay within this of the lines, for the local map
@@ -45,7 +43,6 @@ class Mission:
     dt: float
     duration: float
     terrain: Terrain
-    local: LocalMap
     ground: GroundView
     ground_height: float
     air: Air
@@ -63,11 +60,6 @@ class Mission:
     record_every: int
     outside_fails: bool
     footprint: tuple[float, float]
-
-    def look_below(self, aircraft: AircraftState) -> Below:
-        """Heights of the ground under the aircraft and its rows."""
-        grid = np.array(self.local(aircraft.lat, aircraft.lon))
-        return self.ground.below(grid, aircraft.heading, *self.footprint)
 
 
 @contextmanager
@@ -178,19 +170,18 @@ def build(scenario: Scenario) -> Mission:
     lat, lon = np.transpose([point for line in plan.lines for point in (line.start, line.end)])
     local = terrain.grid.local(lat, lon, MAP_MARGIN)
     agl = plan.height - ground_height
-    ground = GroundView(terrain, agl / rows.focal_px)
+    ground = GroundView(terrain, local, agl / rows.focal_px)
     vh = planned_vh(plan, ground_height)
     return Mission(
         dt=dt,
         duration=duration,
         terrain=terrain,
-        local=local,
         ground=ground,
         ground_height=ground_height,
         air=air,
         flight=flight,
         mount=Mount(_mount(scenario, flight.state().pitch), dt, rng_of("mount.encoder")),
-        rows=CcdRows(_rows(scenario), ground, local, ground_height, rng_of("ccd_rows.noise")),
+        rows=CcdRows(_rows(scenario), ground_height, rng_of("ccd_rows.noise")),
         rows_every=round(rows.period_s * rate),
         rows_turn=rows.mounted_on == "camera",
         recogniser=StripRecogniser(_strips(scenario, vh)),

@@ -49,7 +49,7 @@ class FrameCamera:
                 self._pending.append(_Pending(middle, line, command.interval, command.fmc_rate))
                 self._elapsed = over
             self._elapsed += self._dt / command.interval
-        return bool(self._pending) and self._pending[0].t < t + self._dt
+        return len(self._pending) > 0 and self._pending[0].t < t + self._dt
 
     def expose(self, aircraft: AircraftState, mount: Mount) -> Shot:
         """The photo that is due in this step, its pose carried on to the middle of the exposure."""

@@ -69,8 +69,10 @@ class Mount:
         """
         a = aircraft
         yaw, rate = (self.yaw, self.rate) if turned else (0.0, 0.0)
-        mat_nc, omega = _camera(a.roll, a.pitch, a.heading, a.p, a.q, a.r, self._par.level_pitch, yaw, rate, ahead)
-        vel_n = np.array([a.v_north, a.v_east, a.v_down])
+        vel_n, mat_nc, omega = _camera(
+            a.v_north, a.v_east, a.v_down, a.roll, a.pitch, a.heading, a.p, a.q, a.r,
+            self._par.level_pitch, yaw, rate, ahead,
+        )  # fmt: skip
         if ahead == 0.0:
             return CameraPose(a.t, a.lat, a.lon, a.height, vel_n, mat_nc, omega)
         lat, lon, height = moved(a.lat, a.lon, a.height, a.v_north * ahead, a.v_east * ahead, a.v_down * ahead)
@@ -93,6 +95,9 @@ def moved(
 
 @njit(cache=True)
 def _camera(
+    v_north: float,
+    v_east: float,
+    v_down: float,
     roll: float,
     pitch: float,
     heading: float,
@@ -103,31 +108,30 @@ def _camera(
     yaw: float,
     yaw_rate: float,
     ahead: float,
-) -> tuple[Array, Array]:  # pragma: no cover - compiled
-    """mat_nc = Rz Ry Rx of the aircraft, Ry Rz of the mount, and omega_nc_c; turned on by `ahead` seconds."""
+) -> tuple[Array, Array, Array]:  # pragma: no cover - compiled
+    """vel_n, mat_nc (Rz Ry Rx of the aircraft, Ry Rz of the mount), omega_nc_c; turned on by `ahead` seconds."""
     sr, cr = np.sin(roll), np.cos(roll)
     sp, cp = np.sin(pitch), np.cos(pitch)
     sh, ch = np.sin(heading), np.cos(heading)
-    b = np.array(
-        [
-            [ch * cp, ch * sp * sr - sh * cr, ch * sp * cr + sh * sr],
-            [sh * cp, sh * sp * sr + ch * cr, sh * sp * cr - ch * sr],
-            [-sp, cp * sr, cp * cr],
-        ]
-    )
     sl, cl = np.sin(level), np.cos(level)
     sy, cy = np.sin(yaw), np.cos(yaw)
-    m = np.array([[cl * cy, -cl * sy, sl], [sy, cy, 0.0], [-sl * cy, sl * sy, cl]])
-    mat = b @ m
-    omega = m.T @ np.array([p, q, r])
+    b = (
+        (ch * cp, ch * sp * sr - sh * cr, ch * sp * cr + sh * sr),
+        (sh * cp, sh * sp * sr + ch * cr, sh * sp * cr - ch * sr),
+        (-sp, cp * sr, cp * cr),
+    )
+    m = ((cl * cy, -cl * sy, sl), (sy, cy, 0.0), (-sl * cy, sl * sy, cl))
+    mat, omega = np.empty((3, 3)), np.empty(3)
+    for j in range(3):
+        omega[j] = m[0][j] * p + m[1][j] * q + m[2][j] * r
     omega[2] += yaw_rate
-    if ahead != 0.0:
-        turn = np.array(
-            [
-                [1.0, -omega[2] * ahead, omega[1] * ahead],
-                [omega[2] * ahead, 1.0, -omega[0] * ahead],
-                [-omega[1] * ahead, omega[0] * ahead, 1.0],
-            ]
-        )
-        mat = mat @ turn
-    return mat, omega
+    turn_x, turn_y, turn_z = omega[0] * ahead, omega[1] * ahead, omega[2] * ahead
+    for i in range(3):
+        x = b[i][0] * m[0][0] + b[i][1] * m[1][0] + b[i][2] * m[2][0]
+        y = b[i][0] * m[0][1] + b[i][1] * m[1][1] + b[i][2] * m[2][1]
+        z = b[i][0] * m[0][2] + b[i][1] * m[1][2] + b[i][2] * m[2][2]
+        # mat (1 + [turn]x), first order: ahead is less than a step
+        mat[i, 0] = x + y * turn_z - z * turn_y
+        mat[i, 1] = y + z * turn_x - x * turn_z
+        mat[i, 2] = z + x * turn_y - y * turn_x
+    return np.array([v_north, v_east, v_down]), mat, omega

@@ -7,12 +7,24 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from aerosim.frames import Array
-from aerosim.raster import bilinear
+from aerosim.frames import Array, LocalMap
+from aerosim.raster import Window, WindowedRaster
 from aerosim.rasterfile import Values
 from aerosim.world.terrain import Terrain
 
-Grid5 = tuple[Values, float, float, float, float]
+
+class Spot(NamedTuple):
+    """The ground around a point.
+
+    grid: easting, northing and Jacobian of the map, (6,), see `LocalMap`; ortho, relief: values of the windows
+    there; *_place: easting, northing of the first cell and the steps, (4,), m.
+    """
+
+    grid: Array
+    ortho: Values
+    ortho_place: Array
+    relief: Values
+    relief_place: Array
 
 
 class Below(NamedTuple):
@@ -26,55 +38,73 @@ class Below(NamedTuple):
 NOWHERE = Below(np.nan, np.nan, np.nan)
 
 
+class _Follower:
+    """One raster's window around the aircraft, and its place as an array."""
+
+    def __init__(self, raster: WindowedRaster) -> None:
+        self._raster = raster
+        self._window: Window | None = None
+        self.place = np.zeros(4)
+
+    def covering(self, e_min: float, n_min: float, e_max: float, n_max: float) -> Values:
+        """Values of the window that holds the area."""
+        window = self._raster.covering(e_min, n_min, e_max, n_max)
+        if window is not self._window:
+            self._window, self.place = window, np.array(window[1:5])
+        return window.values
+
+
 class GroundView:
     """Orthophoto and elevation around the aircraft, as fine as a row's pixel needs."""
 
-    def __init__(self, terrain: Terrain, pixel_m: float) -> None:
-        """pixel_m: a row's pixel on the ground; the picture is read at a third of it, heights at half."""
-        self._ortho = terrain.orthophoto(pixel_m / 3.0)
-        self._relief = terrain.elevation(pixel_m / 2.0)
+    def __init__(self, terrain: Terrain, local: LocalMap, pixel_m: float) -> None:
+        """local: map grid around the flight.  pixel_m: a row's pixel on the ground; windows are read at half."""
+        self._local = local
+        self._ortho = _Follower(terrain.orthophoto(pixel_m / 2.0))
+        self._relief = _Follower(terrain.elevation(pixel_m / 2.0))
 
-    def windows(self, easting: float, northing: float, reach: float) -> tuple[Grid5, Grid5]:
-        """Orthophoto (grey) and ellipsoidal heights covering +-reach around a point, all in m."""
-        area = (easting - reach, northing - reach, easting + reach, northing + reach)
-        return self._ortho.covering(*area)[:5], self._relief.covering(*area)[:5]
+    def around(self, lat: float, lon: float, reach: float) -> Spot:
+        """The ground within reach (m) of a point (rad)."""
+        grid = self._local(lat, lon)
+        e, n = grid[0], grid[1]
+        ortho = self._ortho.covering(e - reach, n - reach, e + reach, n + reach)
+        relief = self._relief.covering(e - reach, n - reach, e + reach, n + reach)
+        return Spot(np.array(grid), ortho, self._ortho.place, relief, self._relief.place)
 
-    def below(self, grid: Array, heading: float, along: float, across: float) -> Below:
-        """Mean heights of the rectangle of +-along by +-across (m) under the aircraft, and of its middle line.
 
-        grid: easting, northing and Jacobian of the map, (6,), as `LocalMap` returns them; heading: rad.
-        """
-        reach = along + across
-        area = (grid[0] - reach, grid[1] - reach, grid[0] + reach, grid[1] + reach)
-        return Below._make(_below(*self._relief.covering(*area)[:5], grid, heading, along, across))
+def below(spot: Spot, heading: float, along: float, across: float) -> Below:
+    """Mean heights of the rectangle of +-along by +-across (m) under the aircraft, and of its middle line.
+
+    heading: rad, clockwise from north.
+    """
+    return Below._make(_below(spot.relief, spot.relief_place, spot.grid, heading, along, across))
 
 
 @njit(cache=True)
 def _below(
-    heights: Values,
-    x0: float,
-    y0: float,
-    dx: float,
-    dy: float,
-    grid: Array,
-    heading: float,
-    along: float,
-    across: float,
+    heights: Values, place: Array, grid: Array, heading: float, along: float, across: float
 ) -> tuple[float, float, float]:  # pragma: no cover - compiled
+    """Nine by five cells' worth of bilinear samples."""
     ch, sh = np.cos(heading), np.sin(heading)
     nadir, strip, total = np.nan, 0.0, 0.0
-    for i in range(-4, 5):
-        row = 0.0
-        for j in range(-8, 9):
-            a, b = i / 4.0 * along, j / 8.0 * across
+    for i in range(-2, 3):
+        line = 0.0
+        for j in range(-4, 5):
+            a, b = i / 2.0 * along, j / 4.0 * across
             north, east = a * ch - b * sh, a * sh + b * ch
-            e = grid[0] + grid[2] * north + grid[3] * east
-            n = grid[1] + grid[4] * north + grid[5] * east
-            h = bilinear(heights, x0, y0, dx, dy, e, n)
+            col = (grid[0] + grid[2] * north + grid[3] * east - place[0]) / place[2]
+            row = (grid[1] + grid[4] * north + grid[5] * east - place[1]) / place[3]
+            h = np.nan
+            if row >= 0.0 and col >= 0.0 and row < heights.shape[0] - 1 and col < heights.shape[1] - 1:
+                r, c = int(row), int(col)
+                u, v = row - r, col - c
+                upper = (1.0 - v) * heights[r, c] + v * heights[r, c + 1]
+                lower = (1.0 - v) * heights[r + 1, c] + v * heights[r + 1, c + 1]
+                h = (1.0 - u) * upper + u * lower
             if i == 0 and j == 0:
                 nadir = h
-            row += h / 17.0
+            line += h / 9.0
         if i == 0:
-            strip = row
-        total += row / 9.0
+            strip = line
+        total += line / 5.0
     return nadir, total, strip
