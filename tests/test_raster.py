@@ -171,6 +171,8 @@ class TestIntersect:
         rays = [[1.0, 0.0, -0.05]]
         inside = Window.of(values, 0.0, 0.0, 10.0, -10.0)
         assert np.isnan(intersect(inside, (600.0, -500.0, 60.0), rays)).all()
+        # A metre under its falling flank, where one step leads into the open.
+        assert np.isnan(intersect(inside, (796.0, -500.0, 199.0), rays)).all()
         # The near side of the block is unknown: the ray is under ground where ground is known again.
         values[:, 40:60] = np.nan
         assert np.isnan(intersect(Window.of(values, 0.0, 0.0, 10.0, -10.0), (100.0, -500.0, 80.0), rays)).all()

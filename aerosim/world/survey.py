@@ -25,7 +25,7 @@ def survey(terrain: Terrain, row_pixel_m: float) -> dict[str, Any]:
     crs, photo, ground = terrain.grid.crs, terrain.orthophoto_file, terrain.elevation_file
     e_min, n_min, e_max, n_max = terrain.bounds
     coarse = terrain.elevation(max(ground.native_resolution(crs), max(e_max - e_min, n_max - n_min) / 2000.0))
-    heights = coarse.covering(*terrain.bounds)
+    heights = _within(coarse.covering(*terrain.bounds), terrain.bounds)
     lat, lon = terrain.grid.to_geodetic((e_min + e_max) / 2.0, (n_min + n_max) / 2.0)
     contrast = strip_contrast(terrain, row_pixel_m)
     return {
@@ -42,10 +42,10 @@ def survey(terrain: Terrain, row_pixel_m: float) -> dict[str, Any]:
         "orthophoto_bands": photo.count,
         "elevation_cell_m": round(ground.native_resolution(crs), 3),
         "elevation_size_px": [ground.height, ground.width],
-        "height_min_m": round(heights.low, 1),
-        "height_mean_m": round(float(np.nanmean(heights.values)), 1),
-        "height_max_m": round(heights.high, 1),
-        "elevation_missing_pct": round(_missing_pct(heights, terrain), 3),
+        "height_min_m": round(float(np.nanmin(heights)), 1),
+        "height_mean_m": round(float(np.nanmean(heights)), 1),
+        "height_max_m": round(float(np.nanmax(heights)), 1),
+        "elevation_missing_pct": round(100.0 * float(np.isnan(heights).mean()), 3),
         "row_pixel_m": row_pixel_m,
         "strips": len(contrast),
         "strip_contrast_median_grey": round(float(np.median(contrast)), 2),
@@ -96,9 +96,11 @@ def _starts(low: float, high: float, size: float) -> Array:
     return np.linspace(low, high - size, min(count, MAX_STRIPS)) if count else np.empty(0)
 
 
-def _missing_pct(heights: Window, terrain: Terrain) -> float:
-    e_min, n_min, e_max, n_max = terrain.bounds
-    rows, cols = heights.values.shape
-    e, n = heights.x0 + np.arange(cols) * heights.dx, heights.y0 + np.arange(rows) * heights.dy
-    inside = heights.values[np.ix_((n >= n_min) & (n <= n_max), (e >= e_min) & (e <= e_max))]
-    return 100.0 * float(np.isnan(inside).mean())
+def _within(window: Window, bounds: tuple[float, float, float, float]) -> NDArray[np.float32]:
+    """Values of a window whose centres lie within bounds.  Raises InputError if none of them is known."""
+    rows, cols = window.values.shape
+    e, n = window.x0 + np.arange(cols) * window.dx, window.y0 + np.arange(rows) * window.dy
+    inside = window.values[np.ix_((n >= bounds[1]) & (n <= bounds[3]), (e >= bounds[0]) & (e <= bounds[2]))]
+    if not np.isfinite(inside).any():
+        raise InputError("there is no elevation under the orthophoto", key="terrain.source")
+    return inside

@@ -110,6 +110,16 @@ def test_picture_is_in_colour_bounded_and_placed(terrain, files):
     assert np.abs(found - blocks[:, row, col]).max() < 1.0
 
 
+def test_contrast_is_that_of_means_over_row_pixels(terrain):
+    facts = terrain.info(row_pixel_m=20.0)
+    # Bands of even noise, 256 / sqrt(12) = 73.9 each, weighted to luma: 49.4; means of 2 x 2 pixels halve that.
+    assert facts["strip_contrast_median_grey"] == pytest.approx(24.7, rel=0.02)
+    # 2 columns of 2000 m by 13 rows of 300 m, and 16 by 1 the other way.
+    assert facts["strips"] == 2 * 13 + 16 * 1
+    assert facts["height_min_m"] == pytest.approx(plane(EAST + 5.0, NORTH - 3995.0), abs=1.5)
+    assert facts["elevation_missing_pct"] == 0.0
+
+
 @pytest.mark.parametrize(
     ("crs", "at", "expected"),
     [
