@@ -13,6 +13,8 @@ from aerosim.report.source import Source
 
 PATH = "#56B4E9"
 MAP_PX = 1800
+BARE = {"shrinkA": 0, "shrinkB": 0}
+WHITE = {"fc": "#ffffffd8", "ec": "none"}
 
 
 def extent(source: Source) -> tuple[float, float, float, float]:
@@ -54,7 +56,7 @@ def _footprints(ax: Any, source: Source) -> None:
     if not whole.any():
         return
     ax.add_collection(
-        PolyCollection(corners[whole], facecolors="#ffffff10", edgecolors="#ffffff", lw=0.9, zorder=2)
+        PolyCollection(list(corners[whole]), facecolors="#ffffff10", edgecolors="#ffffff", lw=0.9, zorder=2)
     )
     label = "photo footprint, projection centre"
     centres = source.on_map(source.photos["lat_true_deg"], source.photos["lon_true_deg"])
@@ -62,33 +64,38 @@ def _footprints(ax: Any, source: Source) -> None:
     ax.plot(*centres.T, "o", ms=3.2, color=STRIP, mec="#000000", mew=0.4, zorder=5, label=label.split(", ")[1])
 
 
-def _arrow(ax: Any, at: Array, direction: Array, text: str, colour: str) -> None:
-    """An arrow of fixed size on the figure.  at: axes fraction of its middle; direction: unit vector."""
-    box = {"boxstyle": "round,pad=0.25", "fc": "#ffffffd8", "ec": "none"}
-    middle = ax.transAxes.transform(at)
-    half = 16.0 * ax.figure.dpi / 72.0 * direction
-    ends = ax.transAxes.inverted().transform(np.stack([middle - half, middle + half]))
+def _arrow(ax: Any, at: float, direction: Array, text: str, colour: str) -> None:
+    """An arrow above the map's left edge.  at: pt from that edge; direction: unit vector on the grid."""
+    tip = np.array([at, 16.0]) + 11.0 * direction
+    tail = np.array([at, 16.0]) - 11.0 * direction
     ax.annotate(
-        "", xy=ends[1], xytext=ends[0], xycoords="axes fraction", textcoords="axes fraction", zorder=8,
-        arrowprops={"arrowstyle": "-|>,head_width=0.35,head_length=0.6", "color": colour, "lw": 2.4},
+        "", xy=tip, xytext=tail, xycoords=_above(ax), textcoords=_above(ax), annotation_clip=False,
+        arrowprops={"arrowstyle": "-|>,head_width=0.3,head_length=0.5", "color": colour, "lw": 2.2} | BARE,
     )  # fmt: skip
-    below = ax.transAxes.inverted().transform(middle - np.array([0.0, 27.0 * ax.figure.dpi / 72.0]))
-    ax.text(*below, text, transform=ax.transAxes, ha="center", va="top", fontsize=9, bbox=box, zorder=8)
+    ax.annotate(text, xy=(at + 15.0, 16.0), xycoords=_above(ax), va="center", fontsize=9, annotation_clip=False)
+
+
+def _above(ax: Any) -> Any:
+    """Coordinates in pt from the upper left corner of the map."""
+    from matplotlib.transforms import Affine2D, ScaledTranslation
+
+    scale = Affine2D().scale(ax.figure.dpi / 72.0)
+    corner = ax.transAxes.transform((0.0, 1.0))
+    return scale + ScaledTranslation(corner[0], corner[1], Affine2D())
 
 
 def _furniture(ax: Any, source: Source, bounds: tuple[float, float, float, float]) -> None:
-    """North arrow, wind arrow and scale bar, on a white strip below the map's lower edge."""
+    """North arrow and wind arrow above the map, scale bar in it."""
     up = source.on_map(*np.degrees(_north_pair(source, bounds)))
     north = (up[1] - up[0]) / np.hypot(*(up[1] - up[0]))
-    _arrow(ax, np.array([0.045, 0.80]), north, "N", "#000000")
+    _arrow(ax, 12.0, north, "N", "#000000")
     tel = source.telemetry
     if source.count(tel):
         wind = np.array([np.nanmean(tel["wind_east_m_s"]), np.nanmean(tel["wind_north_m_s"])])
         speed = float(np.hypot(*wind))
         if speed >= 0.05:
             east = np.array([north[1], -north[0]])
-            towards = (wind[0] * east + wind[1] * north) / speed
-            _arrow(ax, np.array([0.125, 0.80]), towards, f"wind {speed:.1f} m/s", BAD)
+            _arrow(ax, 58.0, (wind[0] * east + wind[1] * north) / speed, f"wind {speed:.1f} m/s", BAD)
     width = bounds[2] - bounds[0]
     length = _round_length(width / 5.0)
     x, y = bounds[2] - 0.03 * width - length, bounds[1] + 0.045 * (bounds[3] - bounds[1])
@@ -96,8 +103,8 @@ def _furniture(ax: Any, source: Source, bounds: tuple[float, float, float, float
     ax.plot([x, x + length], [y, y], color="#000000", lw=3, solid_capstyle="butt", zorder=8)
     label = f"{length / 1000:g} km" if length >= 1000 else f"{length:g} m"
     ax.annotate(
-        label, (x + length / 2.0, y), xytext=(0, 5), textcoords="offset points", ha="center", va="bottom", fontsize=9,
-        zorder=8, bbox={"boxstyle": "round,pad=0.15", "fc": "#ffffffd8", "ec": "none"},
+        label, (x + length / 2.0, y), xytext=(0, 5), textcoords="offset points", ha="center", va="bottom",
+        fontsize=9, zorder=8, bbox={"boxstyle": "round,pad=0.15"} | WHITE,
     )  # fmt: skip
 
 
@@ -105,6 +112,15 @@ def _north_pair(source: Source, bounds: tuple[float, float, float, float]) -> Ar
     """Latitude and longitude (rad) of the map's middle and of a point 1e-3 rad north of it.  (2, 2)."""
     lat, lon = source.grid.to_geodetic((bounds[0] + bounds[2]) / 2.0, (bounds[1] + bounds[3]) / 2.0)
     return np.array([[lat, lat + 1e-3], [lon, lon]], float)
+
+
+def _plan(ax: Any, source: Source) -> None:
+    """Planned lines, numbered at their starts."""
+    ring = {"boxstyle": "circle,pad=0.2", "fc": "#ffffff", "ec": "#000000", "lw": 0.8}
+    for k, (start, end) in enumerate(source.lines_g):
+        label = "planned line" if k == 0 else None
+        ax.plot(*zip(start, end, strict=True), color="#000000", lw=1.1, ls=(0, (6, 3)), zorder=4, label=label)
+        ax.annotate(f"{k}", start, ha="center", va="center", fontsize=8.5, zorder=6, bbox=ring)
 
 
 def draw(ax: Any, source: Source) -> None:
@@ -116,9 +132,7 @@ def draw(ax: Any, source: Source) -> None:
     ax.grid(visible=False)
     _land(ax, source, bounds)
     _footprints(ax, source)
-    for k, (start, end) in enumerate(source.lines_g):
-        ax.plot(*zip(start, end, strict=True), color="#000000", lw=1.1, ls=(0, (6, 3)), zorder=4, label="planned line" if k == 0 else None)
-        ax.annotate(f"{k}", start, ha="center", va="center", fontsize=8.5, zorder=6, bbox={"boxstyle": "circle,pad=0.2", "fc": "#ffffff", "ec": "#000000", "lw": 0.8})  # fmt: skip
+    _plan(ax, source)
     path = source.path_g
     if len(path):
         thin = path[:: max(1, len(path) // 3000)]

@@ -25,7 +25,9 @@ FIGURES = (
     Figure("flight.roll_rms_deg", "Roll, rms", "deg", 2, "bank on the lines"),
     Figure("flight.pitch_rms_deg", "Pitch, rms", "deg", 2, "pitch about its mean on the lines"),
     Figure("flight.drift_mean_deg", "Drift, mean", "deg", 2, "track less aircraft heading: what the wind does"),
-    Figure("crab.residual_rms_deg", "Crab, rms", "deg", 2, "track less camera heading: what the controller leaves"),
+    Figure(
+        "crab.residual_rms_deg", "Crab, rms", "deg", 2, "track less camera heading: what the controller leaves"
+    ),
     Figure("crab.residual_mean_deg", "Crab, mean", "deg", 2, "its constant part"),
     Figure("crab.residual_max_deg", "Crab, largest", "deg", 2, "its worst moment"),
     Figure("crab.estimate_error_rms_deg", "Crab estimate, rms error", "deg", 2, "estimated less true"),
@@ -34,7 +36,9 @@ FIGURES = (
     Figure("crab.accepted_pct", "Strips accepted", "%", 1, "recognised without doubt"),
     Figure("vh.error_rms_pct", "v/h, rms error", "%", 2, "estimated less true, against the moment"),
     Figure("vh.error_mean_pct", "v/h, mean error", "%", 2, "its constant part"),
-    Figure("vh.strip_error_rms_pct", "v/h of strips, rms error", "%", 2, "each strip against its own time and ground"),
+    Figure(
+        "vh.strip_error_rms_pct", "v/h of strips, rms error", "%", 2, "each strip against its own time and ground"
+    ),
     Figure("photos.count", "Photos", "", 0, "taken on the lines"),
     Figure("photos.end_lap_mean_pct", "End lap, mean", "%", 2, "of consecutive photos, on the mean ground"),
     Figure("photos.end_lap_error_rms_pct", "End lap, rms error", "%", 2, "against the wanted end lap"),

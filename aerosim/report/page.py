@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import base64
 import os
+import platform
 from collections.abc import Callable, Iterator
 from html import escape
+from importlib import metadata
 from pathlib import Path
 
 from aerosim.report.figures import headline
@@ -20,10 +22,13 @@ h1 { font-size: 1.8rem; margin: 0 0 .2rem; } h2 { font-size: 1.2rem; margin: 2.2
 .verdict { border-left: .5rem solid; padding: .7rem 1rem; margin: 1rem 0; background: #f4f4f4; }
 .verdict b { font-size: 1.1rem; } .verdict p { margin: .3rem 0 0; }
 .met { border-color: #009E73; } .unmet { border-color: #D55E00; } .none { border-color: #777; }
+.tiles { display: grid; grid-template-columns: repeat(auto-fit, minmax(8.5rem, 1fr)); gap: .6rem; margin: 1rem 0; }
+.tiles div { border: 1px solid #ddd; padding: .5rem .7rem; } .tiles b { display: block; font-size: 1.25rem; }
+.tiles span { font-size: .84rem; color: #555; }
 table { border-collapse: collapse; width: 100%; font-size: .94rem; }
 th, td { text-align: left; padding: .28rem .7rem .28rem 0; border-bottom: 1px solid #ddd; vertical-align: top; }
 td.n { text-align: right; white-space: nowrap; font-variant-numeric: tabular-nums; }
-th.n { text-align: right; } td.why, .note { color: #555; }
+th.n { text-align: right; } th.n, td.n { padding-right: 1.2rem; } td.why, .note { color: #555; }
 figure { margin: .5rem 0 1.6rem; } figure svg, figure img { width: 100%; height: auto; display: block; }
 figcaption { font-size: .9rem; color: #444; margin-top: .3rem; }
 pre { background: #f6f6f6; padding: .8rem; overflow-x: auto; font-size: .82rem; line-height: 1.4; }
@@ -31,6 +36,11 @@ summary { cursor: pointer; font-weight: 600; }
 @media print { body { max-width: none; padding: 0; font-size: 10.5pt; } figure, tr { break-inside: avoid; }
   h2 { break-after: avoid; } details:not([open]) { display: none; } }
 """
+
+FIRST = (
+    "flight.drift_mean_deg", "crab.residual_rms_deg", "crab.accepted_pct", "vh.error_rms_pct",
+    "photos.end_lap_mean_pct", "photos.out_of_tolerance",
+)  # fmt: skip
 
 
 def _verdict(source: Source) -> str:
@@ -75,6 +85,16 @@ def _expectations(source: Source) -> str:
         return ""
     head = '<tr><th>Expected</th><th class="n">Found</th><th>Limits</th><th></th></tr>'
     return f"<table><thead>{head}</thead><tbody>{''.join(rows)}</tbody></table>"
+
+
+def _tiles(source: Source) -> str:
+    """The few figures that are looked at first."""
+    tiles = [
+        f"<div><b>{escape(value)}</b><span>{escape(figure.name)}</span></div>"
+        for figure, value, _ in headline(source.summary)
+        if figure.path in FIRST
+    ]
+    return f'<div class="tiles">{"".join(tiles)}</div>'
 
 
 def _figures(source: Source) -> str:
@@ -146,14 +166,27 @@ def _map(source: Source) -> str:
     return _figure(picture, "Map", f"Map grid: {crs}. Footprints are where the picture's corners meet the ground.")
 
 
+def versions_here() -> dict[str, str]:
+    """Versions of Python and of the packages that a run depends on, as a manifest has them."""
+    from aerosim.rundir import PACKAGES
+
+    return {"python": platform.python_version(), **{name: metadata.version(name) for name in PACKAGES}}
+
+
 def _background(source: Source) -> str:
     """Scenario, versions and seed."""
     text = (source.path / "scenario.yaml").read_text(encoding="utf-8")
-    facts = [("seed", source.scenario.seed), ("telemetry_sha256", source.summary.get("telemetry_sha256", "–"))]
-    versions = source.manifest.get("versions") or {}
-    facts += list(versions.items()) if isinstance(versions, dict) else [("versions", versions)]
+    # a run's own report is drawn before its manifest is written, which holds the report's hash
+    versions = source.manifest.get("versions") or versions_here()
+    facts = {
+        "seed": source.scenario.seed,
+        "aerosim": source.manifest.get("aerosim") or metadata.version("aerosim-survey"),
+        **versions,
+        "telemetry_sha256": source.summary.get("telemetry_sha256") or "–",
+    }
     rows = "".join(
-        f"<tr><td>{escape(str(name))}</td><td><code>{escape(str(value))}</code></td></tr>" for name, value in facts
+        f"<tr><td>{escape(str(name))}</td><td><code>{escape(str(value))}</code></td></tr>"
+        for name, value in facts.items()
     )
     return (
         f"<h2>How it was made</h2><table><tbody>{rows}</tbody></table>"
@@ -164,7 +197,14 @@ def _background(source: Source) -> str:
 def page(source: Source) -> str:
     """The report as HTML text."""
     name, purpose = escape(source.scenario.name), escape(source.scenario.purpose)
-    body = [_verdict(source), _expectations(source), _map(source), *_plots(source), _figures(source)]
+    body = [
+        _verdict(source),
+        _tiles(source),
+        _expectations(source),
+        _map(source),
+        *_plots(source),
+        _figures(source),
+    ]
     missing = "".join(f'<p class="note">{escape(line)}</p>' for line in source.missing)
     return (
         f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><title>{name}: aerosim report</title>'

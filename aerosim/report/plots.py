@@ -16,7 +16,7 @@ from aerosim.report.source import Columns, Source
 TRUE, ESTIMATE, STRIP, GOOD, BAD = "#000000", "#0072B2", "#E69F00", "#009E73", "#D55E00"
 GREY = "#8c8c8c"
 POINTS = 1200
-STYLE = {
+STYLE: dict[Any, Any] = {
     "font.family": "sans-serif", "font.size": 10.0, "svg.fonttype": "none", "svg.hashsalt": "aerosim",
     "axes.grid": True, "grid.color": "#e2e2e2", "grid.linewidth": 0.6, "axes.axisbelow": True,
     "axes.spines.top": False, "axes.spines.right": False, "legend.frameon": False, "lines.linewidth": 1.2,
@@ -63,26 +63,32 @@ def _shade(source: Source, axes: Sequence[Any]) -> None:
     first = source.scenario.record.exclude_first_s
     for ax in axes:
         for k, (start, end) in enumerate(source.spans(want_turns=True)):
-            ax.axvspan(start, end, color="#d4d4d4", alpha=0.85, lw=0, zorder=5, label="turn" if k == 0 else None)
+            ax.axvspan(
+                start, end, color="#d4d4d4", alpha=0.85, lw=0, zorder=5, label="off the lines" if k == 0 else None
+            )
         for k, (start, end) in enumerate(source.spans(want_turns=False)):
             label = "not in the summary" if k == 0 else None
             ax.axvspan(start, min(start + first, end), color="#f3ead2", lw=0, zorder=0, label=label)
 
 
-def _limits(ax: Any, source: Source, *names: str, extra: NDArray[Any] | None = None) -> None:
-    """Range of y from what happens on the lines; a turn may leave it."""
-    tel = source.telemetry
-    on = tel["line"] >= 0
-    values = [np.asarray(tel[name][on], float) for name in names] + ([] if extra is None else [extra])
-    known = np.concatenate([v[np.isfinite(v)] for v in values])
+def _limits(ax: Any, source: Source, *names: str, scale: float = 1.0, extra: Any = ()) -> None:
+    """Range of y from what happens on the lines, and from extra values; a turn may leave it."""
+    on = source.telemetry["line"] >= 0
+    values = [scale * np.asarray(source.telemetry[name][on], float) for name in names]
+    known = np.concatenate([*values, np.asarray(extra, float)])
+    known = known[np.isfinite(known)]
     if len(known):
-        low, high = np.percentile(known, [0.05, 99.95])
-        pad = max(0.08 * (high - low), 1e-4 * max(abs(low), abs(high)), 1e-9)
+        low, high = np.percentile(known, [0.1, 99.9])
+        pad = max(0.08 * (high - low), 1e-3 * max(abs(low), abs(high)), 1e-9)
         ax.set_ylim(low - pad, high + pad)
 
 
 def _curve(ax: Any, tel: Columns, name: str, label: str, colour: str, **kind: Any) -> None:
-    ax.plot(*thin(tel["t_s"], tel[name]), color=colour, label=label, **kind)
+    """One curve; where it leaves the range of y off the lines, it is left out."""
+    y = np.asarray(tel[name], float)
+    low, high = ax.get_ylim()
+    y = np.where((tel["line"] < 0) & ((y < low) | (y > high)), np.nan, y)
+    ax.plot(*thin(tel["t_s"], y), color=colour, label=label, **kind)
 
 
 def _legend(ax: Any, columns: int = 6) -> None:
@@ -104,10 +110,10 @@ def motion(source: Source) -> str:
     with style() as figure_class:
         figure, axes = _axes(figure_class, 2, 5.2)
         for ax, name in zip(axes, ("drift", "crab"), strict=True):
+            _limits(ax, source, f"{name}_true_deg", f"{name}_est_deg")
             _curve(ax, tel, f"{name}_true_deg", "true", TRUE, lw=1.6)
             _curve(ax, tel, f"{name}_est_deg", "estimated", ESTIMATE)
             ax.set_ylabel(f"{name} [deg]")
-            _limits(ax, source, f"{name}_true_deg", f"{name}_est_deg")
         axes[1].axhline(0.0, color=GREY, lw=0.8)
         _shade(source, axes)
         _legend(axes[0])
@@ -125,15 +131,11 @@ def speed_to_height(source: Source) -> str:
             t = (strips["t_row1_s"] + strips["t_row2_s"])[good] / 2.0
             measured = 1e3 * np.asarray(strips["vh_per_s"][good], float)
             ax.plot(t, measured, ".", ms=4, color=STRIP, label="accepted strip", zorder=2)
-        milli = {**tel, **{k: 1e3 * np.asarray(tel[k], float) for k in ("vh_true_per_s", "vh_est_per_s")}}
-        _curve(ax, milli, "vh_true_per_s", "true, now", TRUE, lw=1.6, zorder=3)
-        _curve(ax, milli, "vh_est_per_s", "estimated", ESTIMATE, zorder=4)
-        on = tel["line"] >= 0
-        shown = np.concatenate([milli[k][on] for k in ("vh_true_per_s", "vh_est_per_s")])
-        shown = np.concatenate([shown[np.isfinite(shown)], measured[np.isfinite(measured)]])
-        if len(shown):
-            low, high = np.percentile(shown, [0.2, 99.8])
-            ax.set_ylim(low - 0.15 * (high - low) - 1e-3, high + 0.15 * (high - low) + 1e-3)
+        names = ("vh_true_per_s", "vh_est_per_s")
+        milli = {**tel, **{name: 1e3 * np.asarray(tel[name], float) for name in names}}
+        _limits(ax, source, *names, scale=1e3, extra=measured)
+        _curve(ax, milli, names[0], "true, now", TRUE, lw=1.6, zorder=3)
+        _curve(ax, milli, names[1], "estimated", ESTIMATE, zorder=4)
         ax.set_ylabel("v/h [mrad/s]")
         _shade(source, [ax])
         _legend(ax)
@@ -146,14 +148,16 @@ def photos(source: Source, tolerance_pct: float) -> str:
     with style() as figure_class:
         figure, axes = _axes(figure_class, 3, 5.6, (2, 1, 1))
         ax = axes[0]
-        ax.axhspan(wanted - tolerance_pct, wanted + tolerance_pct, color="#d7eee5", lw=0, label="tolerance", zorder=0)
+        ax.axhspan(
+            wanted - tolerance_pct, wanted + tolerance_pct, color="#d7eee5", lw=0, label="tolerance", zorder=0
+        )
         ax.axhline(wanted, color=GOOD, lw=1.0, label="wanted")
         t = shots["t_s"]
         lap, relief = (np.asarray(shots[f"end_lap{k}_pct"], float) for k in ("", "_terrain"))
         ax.plot(t, relief, "_", color=GREY, ms=7, mew=1.4, label="least on the relief")
         ax.plot(t, lap, "o", ms=4.5, color=ESTIMATE, label="on the mean ground")
-        bad = np.abs(lap - wanted) > tolerance_pct
-        ax.plot(t[bad], lap[bad], "o", ms=9, mfc="none", mec=BAD, mew=1.6, label="outside")
+        bad = (shots["verdict"] != "ok") & np.isfinite(lap)
+        ax.plot(t[bad], lap[bad], "o", ms=9, mfc="none", mec=BAD, mew=1.6, label="verdict not ok")
         ax.set_ylabel("end lap [%]")
         for ax, name, label in ((axes[1], "tilt_deg", "tilt [deg]"), (axes[2], "blur_px", "blur [px]")):
             ax.plot(t, np.asarray(shots[name], float), "o", ms=3.5, color=ESTIMATE)
@@ -186,11 +190,14 @@ def strips(source: Source) -> str:
         used = [r for r in REASONS if (reason == r).any()] or ["accepted"]
         for k, name in enumerate(used):
             here = reason == name
-            axes[2].plot(t[here], np.full(here.sum(), -k), "|", ms=9, color=ESTIMATE if name == "accepted" else BAD)
-        axes[2].set_yticks([-k for k in range(len(used))], [f"{r} ({(reason == r).sum()})" for r in used], fontsize=9)
+            axes[2].plot(
+                t[here], np.full(here.sum(), -k), "|", ms=9, color=ESTIMATE if name == "accepted" else BAD
+            )
+        axes[2].set_yticks(
+            [-k for k in range(len(used))], [f"{r} ({(reason == r).sum()})" for r in used], fontsize=9
+        )
         axes[2].set_ylim(-len(used) + 0.4, 0.6)
         axes[2].set_xlabel("time of row I [s]")
         _shade(source, axes)
         _legend(axes[0])
         return to_svg(figure)
-

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -16,12 +17,16 @@ TIMELINE = "sim_time"
 SHOWN_S = 20.0
 PX_PER_STEP = 1.2  # drawn width of one exposure
 BACKGROUND = (13, 16, 17)
+LABEL_RGB = (40, 140, 225)  # read on the label's box of the viewer's dark and light themes
 CHUNK = 2000  # exposures in one picture: what the smallest graphics cards take as one texture
 GAP_PX = 12
 SCROLL_PERIOD = 0.1
 MU_PX = 9.0  # height of one shift in the picture of a MAD surface
 # Viridis in seven steps
-COLOURS = np.array([[68, 1, 84], [70, 50, 127], [54, 92, 141], [39, 127, 142], [31, 161, 135], [74, 194, 109], [253, 231, 37]], float)  # fmt: skip
+COLOURS = np.array(
+    [[68, 1, 84], [70, 50, 127], [54, 92, 141], [39, 127, 142], [31, 161, 135], [74, 194, 109], [253, 231, 37]],
+    float,
+)
 
 
 def _table(path: Path) -> Any:
@@ -45,7 +50,7 @@ def _pieces(t_s: NDArray[Any], period: float) -> list[slice]:
     """Exposures without a gap, in pieces that one texture holds."""
     breaks = np.flatnonzero(np.diff(t_s) > 1.5 * period) + 1
     edges = np.unique(np.concatenate([[0, len(t_s)], breaks, np.arange(0, len(t_s), CHUNK)]).astype(int))
-    return [slice(int(a), int(b)) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+    return [slice(int(a), int(b)) for a, b in pairwise(edges)]
 
 
 def log_rows(rec: rr.RecordingStream, source: Source) -> float:
@@ -82,7 +87,9 @@ def _log_row_scale(rec: rr.RecordingStream, px_per_s: float, tops: tuple[int, in
     """Marks each 5 s, the rows' names, and a cover over what lies ahead in time."""
     ago = np.arange(0.0, SHOWN_S + 0.1, 5.0)
     strips = [[(-a * px_per_s, height + 2.0), (-a * px_per_s, height + 8.0)] for a in ago]
-    rec.log("rows/scale", rr.LineStrips2D(strips, colors=(200, 200, 200), radii=rr.Radius.ui_points(0.8)), static=True)
+    rec.log(
+        "rows/scale", rr.LineStrips2D(strips, colors=(200, 200, 200), radii=rr.Radius.ui_points(0.8)), static=True
+    )
     names = [f"-{a:.0f} s" if a else "now" for a in ago] + ["row I, ahead", "row II, behind"]
     at = np.column_stack([-ago * px_per_s, np.full(len(ago), height + 9.0)])
     at = np.concatenate([at, [[-(SHOWN_S - 2.0) * px_per_s, y - GAP_PX - 2.0] for y in tops]])
@@ -95,7 +102,7 @@ def _log_row_scale(rec: rr.RecordingStream, px_per_s: float, tops: tuple[int, in
 def _log_labels(rec: rr.RecordingStream, entity: str, at: NDArray[Any], labels: list[str]) -> None:
     """Words in a 2D view, below their points, which are too small to be seen."""
     small = rr.Radius.ui_points(0.3)
-    points = rr.Points2D(at, labels=labels, show_labels=True, radii=small, colors=(230, 230, 230), draw_order=20.0)
+    points = rr.Points2D(at, labels=labels, show_labels=True, radii=small, colors=LABEL_RGB, draw_order=20.0)
     rec.log(entity, points, static=True)
 
 
@@ -110,8 +117,9 @@ def _log_links(rec: rr.RecordingStream, source: Source, px_per_s: float, spans: 
     x1, x2 = (np.asarray(strips[k][good], float) * px_per_s for k in ("t_row1_s", "t_row2_s"))
     (a0, a1), (b0, b1) = spans
     drawn = [
-        [[(u, a0), (u, a1)], [(v, b0), (v, b1)], [(u, a1), (v, b0)]] for u, v in zip(x1.tolist(), x2.tolist(), strict=True)
-    ]  # fmt: skip
+        [[(u, a0), (u, a1)], [(v, b0), (v, b1)], [(u, a1), (v, b0)]]
+        for u, v in zip(x1.tolist(), x2.tolist(), strict=True)
+    ]
     flat = [strip for each in drawn for strip in each]
     index = [rr.TimeColumn(TIMELINE, duration=np.asarray(strips["t_decided_s"][good], float))]
     rec.send_columns("rows/scroll/strip", index, rr.LineStrips2D.columns(strips=flat).partition([3] * len(drawn)))
@@ -147,8 +155,9 @@ def log_surfaces(rec: rr.RecordingStream, source: Source) -> tuple[float, float,
     shifts = int(table["shifts"][kept[0]].as_py())
     order = np.array([row_of[int(numbers[k])] for k in kept])
     surfaces = [table["mad_grey"][k].values.to_numpy(zero_copy_only=False).reshape(-1, shifts) for k in kept]
-    top = float(np.percentile(np.concatenate([s[::7].ravel() for s in surfaces]), 98.0))
-    pictures = [_picture(s, int(f) - low, high - low, top) for s, f in zip(surfaces, first, strict=True)]
+    top = float(np.percentile(np.concatenate([s[::7].ravel() for s in surfaces]), 90.0))
+    least = float(np.median([s.min() for s in surfaces]))
+    pictures = [_picture(s, int(f) - low, high - low, (least, top)) for s, f in zip(surfaces, first, strict=True)]
     form = rr.components.ImageFormat(width=high - low, height=shifts, color_model="RGB", channel_datatype="U8")
     index = [rr.TimeColumn(TIMELINE, duration=np.asarray(strips["t_decided_s"][order], float))]
     rec.send_columns("mad/surface", index, rr.Image.columns(buffer=pictures, format=[form] * len(pictures)))
@@ -158,10 +167,10 @@ def log_surfaces(rec: rr.RecordingStream, source: Source) -> tuple[float, float,
     return float(low), float(high), shifts
 
 
-def _picture(surface: NDArray[Any], offset: int, width: int, top: float) -> NDArray[np.uint8]:
-    """One surface in colours, low values dark; what was not seen is grey.  (steps, shifts) to bytes."""
+def _picture(surface: NDArray[Any], offset: int, width: int, ends: tuple[float, float]) -> NDArray[np.uint8]:
+    """One surface in colours from ends to ends (grey levels), low dark; what was not looked at is grey."""
     out = np.full((surface.shape[1], width, 3), 60, np.uint8)
-    x = np.clip(surface / top, 0.0, 1.0) * (len(COLOURS) - 1)
+    x = np.clip((surface - ends[0]) / (ends[1] - ends[0]), 0.0, 1.0) * (len(COLOURS) - 1)
     colour = np.stack([np.interp(x, np.arange(len(COLOURS)), COLOURS[:, k]) for k in range(3)], axis=-1)
     # mu > 0 (track to the right) upwards
     out[:, offset : offset + len(surface)] = np.flip(colour.transpose(1, 0, 2), axis=0).astype(np.uint8)
@@ -196,5 +205,8 @@ def mad_view(low: float, high: float, shifts: int) -> rrb.Spatial2DView:
     """View of the last accepted surface."""
     bounds = rrb.VisualBounds2D(x_range=(low - 32.0, high + 6.0), y_range=(-12.0, shifts * MU_PX + 26.0))
     return rrb.Spatial2DView(
-        origin="/mad", name="MAD over n and mu, last accepted strip", visual_bounds=bounds, background=BACKGROUND
+        origin="/mad",
+        name="MAD of the last accepted strip (grey: not looked at)",
+        visual_bounds=bounds,
+        background=BACKGROUND,
     )

@@ -16,11 +16,12 @@ from aerosim.report.source import Source
 TEXTURE_PX = 2048
 MESH_CELLS = 220
 POSE_PERIOD = 0.2
-PATH_RGB, LINE_RGB, SHOT_RGB, SEEN_RGB, CAMERA_RGB = (86, 180, 233), (20, 20, 20), (255, 140, 0), (255, 255, 255), (255, 214, 0)  # fmt: skip
+PATH_RGB, LINE_RGB = (86, 180, 233), (20, 20, 20)
+SHOT_RGB, SEEN_RGB, CAMERA_RGB = (255, 140, 0), (255, 255, 255), (255, 214, 0)
 
 
 class Scene:
-    """Coordinates of a run for the viewer's 32-bit floats: east, north, up in m from a point on the mean ground."""
+    """Coordinates for the viewer's 32-bit floats: grid east, north, up in m from a point on the mean ground."""
 
     def __init__(self, source: Source) -> None:
         """Looks at nothing yet; the land is read when asked for."""
@@ -55,10 +56,14 @@ class Scene:
     def local(self, east: Any, north: Any, height: Any) -> NDArray[np.float32]:
         """Scene coordinates of map points, (n, 3).  m."""
         return np.column_stack(
-            [np.asarray(east) - self.centre[0], np.asarray(north) - self.centre[1], np.asarray(height) - self.ground]
+            [
+                np.asarray(east) - self.centre[0],
+                np.asarray(north) - self.centre[1],
+                np.asarray(height) - self.ground,
+            ]
         ).astype(np.float32)
 
-    def draped(self, points: Array, above: float = 12.0) -> NDArray[np.float32]:
+    def draped(self, points: Array, above: float = 40.0) -> NDArray[np.float32]:
         """Points (n, 2), m, laid on the ground, a little above it; on the mean ground where there is none."""
         height = np.full(len(points), self.ground)
         if self.window is not None:
@@ -89,7 +94,12 @@ def land_mesh(scene: Scene) -> dict[str, Any]:
     e_min, n_min, e_max, n_max = window.bounds
     margin = 0.05 * scene.size
     b = scene.bounds
-    cut = (max(e_min, b[0] - margin), max(n_min, b[1] - margin), min(e_max, b[2] + margin), min(n_max, b[3] + margin))
+    cut = (
+        max(e_min, b[0] - margin),
+        max(n_min, b[1] - margin),
+        min(e_max, b[2] + margin),
+        min(n_max, b[3] + margin),
+    )
     step = max(cut[2] - cut[0], cut[3] - cut[1]) / MESH_CELLS
     east = np.linspace(cut[0], cut[2], max(2, round((cut[2] - cut[0]) / step)))
     north = np.linspace(cut[3], cut[1], max(2, round((cut[3] - cut[1]) / step)))
@@ -110,8 +120,10 @@ def land_mesh(scene: Scene) -> dict[str, Any]:
 def _triangles(rows: int, cols: int, known: NDArray[np.bool_]) -> NDArray[np.uint32]:
     """Two triangles a cell, without those that touch a missing height."""
     a = (np.arange(rows - 1)[:, None] * cols + np.arange(cols - 1)).ravel()
-    quads = np.concatenate([np.column_stack([a, a + cols, a + 1]), np.column_stack([a + 1, a + cols, a + cols + 1])])
-    return quads[known[quads].all(axis=1)].astype(np.uint32)
+    quads = np.concatenate(
+        [np.column_stack([a, a + cols, a + 1]), np.column_stack([a + 1, a + cols, a + cols + 1])]
+    )
+    return np.asarray(quads[known[quads].all(axis=1)], np.uint32)
 
 
 def aircraft_mesh(span: float) -> dict[str, Any]:
@@ -144,6 +156,12 @@ def quaternions(heading: Array, pitch: Array, roll: Array, convergence: float) -
     to_scene = Rotation.from_matrix([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
     angles = np.column_stack([np.asarray(heading) - convergence, pitch, roll])
     return np.asarray((to_scene * Rotation.from_euler("ZYX", angles)).as_quat())
+
+
+def upright(azimuth: Array) -> Array:
+    """Rotations about up that bring x to grid azimuths (n,), rad: x, y, z, w.  (n, 4)."""
+    half = (np.pi / 2.0 - np.unwrap(azimuth)) / 2.0
+    return np.column_stack([0.0 * half, 0.0 * half, np.sin(half), np.cos(half)])
 
 
 def camera_attitude(source: Source, keep: NDArray[np.int64]) -> tuple[Array, Array, Array]:

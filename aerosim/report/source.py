@@ -138,8 +138,16 @@ def open_source(run_dir: Path) -> Source:
     if not (run_dir / "scenario.yaml").is_file():
         raise InputError("is no run directory: it has no scenario.yaml", where=str(run_dir))
     missing: list[str] = []
-    tables = [_columns(run_dir / f"{name}.parquet", missing) for name in ("telemetry", "matches", "photos")]
+    telemetry, matches, photos = (
+        _columns(run_dir / f"{name}.parquet", missing) for name in ("telemetry", "matches", "photos")
+    )
     return Source(
-        run_dir, load(run_dir / "scenario.yaml"), _json(run_dir / "summary.json"), _json(run_dir / "manifest.json"),
-        *tables, missing=missing,
-    )  # fmt: skip
+        run_dir,
+        load(run_dir / "scenario.yaml"),
+        _json(run_dir / "summary.json"),
+        _json(run_dir / "manifest.json"),
+        telemetry,
+        matches,
+        photos,
+        missing,
+    )

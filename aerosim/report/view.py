@@ -11,8 +11,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
-from aerosim.frames import Array
-from aerosim.report.rowview import log_rows, log_surfaces, mad_view, rows_view
+from aerosim.report.rowview import LABEL_RGB, log_rows, log_surfaces, mad_view, rows_view
 from aerosim.report.scene import (
     CAMERA_RGB,
     LINE_RGB,
@@ -26,11 +25,13 @@ from aerosim.report.scene import (
     land_mesh,
     quaternions,
     subdivided,
+    upright,
 )
 from aerosim.report.source import Source, open_source
 
 TIMELINE = "sim_time"
 SERIES_PERIOD = 0.1
+SKY_RGB = (24, 28, 36)
 BLACK, BLUE, ORANGE, GREEN = (150, 150, 150), (60, 150, 230), (230, 159, 0), (0, 158, 115)
 
 
@@ -56,7 +57,11 @@ def _log_land(rec: rr.RecordingStream, scene: Scene) -> None:
     rec.log("world/lines", rr.LineStrips3D(lines, radii=width, colors=LINE_RGB), static=True)
     starts = [line[0] for line in lines]
     names = [f"line {k}" for k in range(len(lines))]
-    rec.log("world/lines/starts", rr.Points3D(starts, radii=rr.Radius.ui_points(4.0), labels=names, show_labels=True, colors=LINE_RGB), static=True)
+    rec.log(
+        "world/lines/starts",
+        rr.Points3D(starts, radii=rr.Radius.ui_points(4.0), labels=names, show_labels=True, colors=LABEL_RGB),
+        static=True,
+    )
     path = scene.source.path_g
     if len(path) > 1:
         thin = path[:: max(1, len(path) // 3000)]
@@ -71,11 +76,16 @@ def _log_flight(rec: rr.RecordingStream, scene: Scene) -> None:
     place, turn = scene.local(*source.path_g[keep].T), scene.convergence
     angles = [np.radians(tel[name])[keep] for name in ("heading_deg", "pitch_deg", "roll_deg")]
     aircraft = quaternions(angles[0], angles[1], angles[2], turn)
-    rec.log("world/aircraft", rr.Mesh3D(**aircraft_mesh(float(np.clip(scene.size / 26.0, 150, 1000)))), static=True)
+    rec.log(
+        "world/aircraft", rr.Mesh3D(**aircraft_mesh(float(np.clip(scene.size / 22.0, 150, 1400)))), static=True
+    )
     camera = quaternions(*camera_attitude(source, keep), turn)
+    # a frame that goes with the aircraft and stays level: where the second view looks from
+    chase = upright(np.radians(tel["track_deg"])[keep] - turn)
     times = at(tel["t_s"][keep])
-    for entity, quaternion in (("world/aircraft", aircraft), ("world/camera", camera)):
+    for entity, quaternion in (("world/aircraft", aircraft), ("world/camera", camera), ("world/chase", chase)):
         rec.send_columns(entity, times, rr.Transform3D.columns(translation=place, quaternion=quaternion))
+        rec.log(entity, rr.TransformAxes3D(0.0), static=True)
     optics = source.scenario.frame_camera
     along, across = optics.format_mm
     rec.log(
@@ -83,7 +93,7 @@ def _log_flight(rec: rr.RecordingStream, scene: Scene) -> None:
         # c has x to the front edge and y to the right: in the picture, right is y and down is -x
         rr.Pinhole(
             width=across, height=along, focal_length=optics.focal_mm, camera_xyz=rr.ViewCoordinates.URF,
-            image_plane_distance=0.98 * float(np.nanmedian(tel["agl_m"])), color=CAMERA_RGB, line_width=2.0,
+            image_plane_distance=0.98 * float(np.nanmedian(tel["agl_m"])), color=CAMERA_RGB, line_width=-2.5,
         ),
         static=True,
     )  # fmt: skip
@@ -107,12 +117,14 @@ def _series(
     rec: rr.RecordingStream, entity: str, t_s: NDArray[Any], y: Any, name: str, colour: tuple[int, int, int],
     *, points: bool = False,
 ) -> set[str]:  # fmt: skip
-    """One named curve, or points; what is not a number is left out.  Returns its plot, or nothing."""
+    """One named curve, broken where it is not a number, or points.  Returns its plot, or nothing."""
     y = np.asarray(y, float)
     known = np.isfinite(y)
     if not known.any():
         return set()
-    rec.send_columns(entity, at(t_s[known]), rr.Scalars.columns(scalars=y[known]))
+    if points:
+        t_s, y = t_s[known], y[known]
+    rec.send_columns(entity, at(t_s), rr.Scalars.columns(scalars=y))
     look = (
         rr.SeriesPoints(colors=colour, names=name, markers="circle", marker_sizes=2.5)
         if points
@@ -131,14 +143,20 @@ def _log_series(rec: rr.RecordingStream, source: Source) -> set[str]:
     for name, scale in (("drift", 1.0), ("crab", 1.0), ("vh", 1e3)):
         unit = "per_s" if name == "vh" else "deg"
         plots |= _series(rec, f"plots/{name}/true", t, scale * tel[f"{name}_true_{unit}"][keep], "true", BLACK)
-        plots |= _series(rec, f"plots/{name}/estimated", t, scale * tel[f"{name}_est_{unit}"][keep], "estimated", BLUE)
+        plots |= _series(
+            rec, f"plots/{name}/estimated", t, scale * tel[f"{name}_est_{unit}"][keep], "estimated", BLUE
+        )
     plots |= _series(rec, "plots/mount/yaw", t, tel["mount_yaw_deg"][keep], "mount yaw", ORANGE)
     if source.count(strips):
         good = strips["accepted"].astype(bool)
         middle = (strips["t_row1_s"] + strips["t_row2_s"])[good] / 2.0
-        plots |= _series(rec, "plots/vh/strip", middle, 1e3 * strips["vh_per_s"][good], "strip", ORANGE, points=True)
+        plots |= _series(
+            rec, "plots/vh/strip", middle, 1e3 * strips["vh_per_s"][good], "strip", ORANGE, points=True
+        )
     if source.count(shots):
-        plots |= _series(rec, "plots/end_lap/photo", shots["t_s"], shots["end_lap_pct"], "end lap", GREEN, points=True)
+        plots |= _series(
+            rec, "plots/end_lap/photo", shots["t_s"], shots["end_lap_pct"], "end lap", GREEN, points=True
+        )
         wanted = np.full(2, source.scenario.control.end_lap_pct)
         plots |= _series(rec, "plots/end_lap/wanted", tel["t_s"][[0, -1]], wanted, "wanted", BLACK)
     return plots
@@ -170,7 +188,10 @@ def _series_views(source: Source, found: set[str]) -> list[Any]:
     whole = rrb.TimeRange(rrb.TimeRangeBoundary.absolute(seconds=0.0), rrb.TimeRangeBoundary.absolute(seconds=end))
     return [
         rrb.TimeSeriesView(
-            origin=f"/plots/{name}", name=title, axis_x=rrb.TimeAxis(link="LinkToGlobal", view_range=whole), axis_y=_range(source, columns, scale) if columns else None,
+            origin=f"/plots/{name}",
+            name=title,
+            axis_x=rrb.TimeAxis(view_range=whole),
+            axis_y=_range(source, columns, scale) if columns else None,
             plot_legend=rrb.PlotLegend(rrb.Corner2D.RightTop, visible=name in ("drift", "crab", "vh")),
         )
         for name, title, columns, scale in wanted
@@ -178,36 +199,38 @@ def _series_views(source: Source, found: set[str]) -> list[Any]:
     ]  # fmt: skip
 
 
-def _scene_view(scene: Scene, name: str, follow: bool) -> rrb.Spatial3DView:
-    """The whole flight from the south, or the aircraft from behind."""
-    middle = 0.5 * (scene.local(*scene.source.path_g.T).max(0) + scene.local(*scene.source.path_g.T).min(0))
-    target = np.array([middle[0], middle[1], 0.4 * middle[2]], float)
-    eye = target + scene.size * np.array([0.0, -0.62, 0.36])
-    if follow:
-        target = scene.local(*scene.source.path_g[:1].T)[0].astype(float)
-        eye = target + np.array([-4500.0, -4500.0, 3500.0])
+def _scene_view(scene: Scene, name: str, chase: bool) -> rrb.Spatial3DView:
+    """The whole flight from the south, or the aircraft from behind, turning with it."""
+    if chase:
+        origin, target, eye = "/world/chase", np.array([0.0, 0.0, -900.0]), np.array([-7500.0, -3500.0, 3800.0])
+    else:
+        heights = scene.source.path_g[:, 2]
+        up = 0.4 * (float(np.nanmean(heights)) - scene.ground) if len(heights) else 0.0
+        origin, target = "/world", np.array([0.0, 0.0, up])
+        eye = target + scene.size * np.array([0.0, -0.50, 0.33])
+    up_to_now = rrb.VisibleTimeRanges(
+        timeline=TIMELINE,
+        start=rrb.TimeRangeBoundary.infinite(),
+        end=rrb.TimeRangeBoundary.cursor_relative(seconds=0.0),
+    )
     return rrb.Spatial3DView(
-        origin="/world",
+        origin=origin,
+        contents="/world/**",
         name=name,
-        background=rrb.Background(color=(24, 28, 36)),
+        background=rrb.Background(color=SKY_RGB),
         line_grid=rrb.LineGrid3D(visible=False),
         eye_controls=rrb.EyeControls3D(
-            kind=rrb.Eye3DKind.Orbital, position=eye, look_target=target, eye_up=(0, 0, 1),
-            tracking_entity="/world/aircraft" if follow else None,
+            kind=rrb.Eye3DKind.Orbital, position=eye, look_target=target, eye_up=(0, 0, 1)
         ),
-        overrides={
-            "world/photos/all": rrb.VisibleTimeRanges(
-                timeline=TIMELINE, start=rrb.TimeRangeBoundary.infinite(),
-                end=rrb.TimeRangeBoundary.cursor_relative(seconds=0.0),
-            )
-        },
-    )  # fmt: skip
+        overrides={"world/photos/all": up_to_now},
+    )
 
 
 def _layout(scene: Scene, series: set[str], rows: Any, surfaces: Any) -> rrb.Blueprint:
-    flown = len(scene.source.path_g) > 1
-    scenes = [_scene_view(scene, "Flight", follow=False), _scene_view(scene, "Aircraft", follow=True)] if flown else []
-    left = [rrb.Tabs(*scenes, active_tab=0)] if scenes else []
+    scenes = [_scene_view(scene, "Flight", chase=False)]
+    if len(scene.source.path_g) > 1:
+        scenes.append(_scene_view(scene, "Aircraft", chase=True))
+    left: list[Any] = [rrb.Tabs(*scenes, active_tab=0)]
     below = [view for view in (rows, surfaces) if view is not None]
     if below:
         left.append(rrb.Horizontal(*below, column_shares=[1.5, 1.0][: len(below)]))

@@ -63,7 +63,9 @@ def fly(length: float) -> dict[str, np.ndarray]:
     t = np.arange(0.0, 2 * t_line + t_turn, 0.05)
     turning = np.clip((t - t_line) * SPEED / radius, 0.0, np.pi)
     on = [t < t_line, (t >= t_line) & (t < t_line + t_turn), t >= t_line + t_turn]
-    easting = EAST0 + np.select(on, [t * SPEED, length + radius * np.sin(turning), length - (t - t_line - t_turn) * SPEED])
+    easting = EAST0 + np.select(
+        on, [t * SPEED, length + radius * np.sin(turning), length - (t - t_line - t_turn) * SPEED]
+    )
     northing = NORTH0 + np.select(on, [0.0 * t, radius - radius * np.cos(turning), 0.0 * t + 2000.0])
     lat, lon = GRID.to_geodetic(easting, northing)
     rng = np.random.default_rng(1)
@@ -109,9 +111,11 @@ def strips_of(tel: dict[str, np.ndarray]) -> tuple[dict[str, list], dict[str, li
         row = {
             "strip": strip, "t_row1_s": t1, "t_row2_s": np.nan if given_up else t1 + n * PERIOD,
             "t_decided_s": t_end[line] if given_up else t1 + n * PERIOD + 0.6, "n": np.nan if given_up else n,
-            "mu_px": np.nan if given_up else rng.normal(0, 0.4), "mad_min_grey": np.nan if given_up else rng.uniform(3, 6),
+            "mu_px": np.nan if given_up else rng.normal(0, 0.4),
+            "mad_min_grey": np.nan if given_up else rng.uniform(3, 6),
             "variance_drift_deg2": 0.2, "variance_vh_per_s2": 1e-8, "gain_drift": 0.1, "gain_vh": 0.1,
-            "innovation_drift": rng.normal(), "innovation_vh": rng.normal(), "drift_deg": float(tel["drift_true_deg"][k]),
+            "innovation_drift": rng.normal(), "innovation_vh": rng.normal(),
+            "drift_deg": float(tel["drift_true_deg"][k]),
             "vh_per_s": np.nan if given_up else vh / 1.004, "accepted": not bad,
             "reason": "timeout" if given_up else reasons[strip % 3] if bad else "accepted",
             "crab_true_deg": float(tel["crab_true_deg"][k]), "vh_true_per_s": vh, "n_true": n_true,
@@ -122,7 +126,9 @@ def strips_of(tel: dict[str, np.ndarray]) -> tuple[dict[str, list], dict[str, li
             steps, shifts = 120, 15
             down, across = np.mgrid[:steps, :shifts]
             cone = np.hypot((down - (n - 150)) / 8.0, across - 7 - row["mu_px"])
-            for name, value in zip(mad, (strip, 150, steps, shifts, (4 + 25 * cone / (1 + cone)).ravel()), strict=True):
+            for name, value in zip(
+                mad, (strip, 150, steps, shifts, (4 + 25 * cone / (1 + cone)).ravel()), strict=True
+            ):
                 mad[name].append(value)
     return out, mad
 
@@ -141,7 +147,8 @@ def photos_of(tel: dict[str, np.ndarray]) -> dict[str, list]:
         right = np.array([np.cos(azimuth), -np.sin(azimuth)])
         row = {
             "photo": len(out.get("photo", [])), "t_s": float(tel["t_s"][k]), "line": line,
-            "lat_true_deg": float(tel["lat_deg"][k]), "lon_true_deg": float(tel["lon_deg"][k]), "height_true_m": HEIGHT,
+            "lat_true_deg": float(tel["lat_deg"][k]), "lon_true_deg": float(tel["lon_deg"][k]),
+            "height_true_m": HEIGHT,
             "roll_true_deg": 0.3, "pitch_true_deg": 0.1, "heading_true_deg": float(np.degrees(azimuth) % 360.0),
             "interval_s": 20.0, "end_lap_pct": None if line != before else 60.0 + 3.0 * np.sin(k),
             "end_lap_terrain_pct": None if line != before else 57.0, "crab_deg": float(tel["crab_true_deg"][k]),
@@ -166,7 +173,7 @@ def rows_of(tel: dict[str, np.ndarray]) -> dict[str, list]:
     out: dict[str, list] = {"t_s": [], "row1_grey": [], "row2_grey": []}
     for t in tel["t_s"][tel["line"] >= 0]:
         k = int(t / PERIOD)
-        line = 128 + 0.5 * ground[k : k + 110] + 0.5 * ground[::-1][: 110] * np.sin(k / 50)
+        line = 128 + 0.5 * ground[k : k + 110] + 0.5 * ground[::-1][:110] * np.sin(k / 50)
         out["t_s"].append(t)
         out["row1_grey"].append(np.clip(line, 0, 255).astype(np.uint8))
         out["row2_grey"].append(np.clip(line[7:-7], 0, 255).astype(np.uint8))
@@ -175,7 +182,8 @@ def rows_of(tel: dict[str, np.ndarray]) -> dict[str, list]:
 
 SUMMARY = {
     "status": "done", "seed": 1, "telemetry_sha256": "0" * 64,
-    "flight": {"duration_s": 300.0, "lines": 2, "cross_track_rms_m": 1.25, "height_rms_m": 0.5, "airspeed_rms_m_s": 0.2,
+    "flight": {"duration_s": 300.0, "lines": 2, "cross_track_rms_m": 1.25, "height_rms_m": 0.5,
+               "airspeed_rms_m_s": 0.2,
                "roll_rms_deg": 0.3, "pitch_rms_deg": 0.2, "roll_rate_rms_deg_s": 0.5, "pitch_rate_rms_deg_s": 0.4,
                "yaw_rate_rms_deg_s": 0.3, "drift_mean_deg": 8.31},
     "crab": {"residual_rms_deg": 0.8765, "residual_mean_deg": 0.1, "residual_max_deg": 2.5,
