@@ -7,6 +7,7 @@ from enum import StrEnum
 
 import numpy as np
 
+from aerosim.errors import InputError, RunFailure
 from aerosim.flight.plan import FlightPlan, Line
 from aerosim.flight.turns import ROLL_RATE, TURN, Turn, roll_lag
 from aerosim.frames import GRAVITY
@@ -137,7 +138,10 @@ class Guidance:
 
     def _begin_turn(self, at: Kinematics, wind_north: float, wind_east: float) -> None:
         wind = (wind_north, wind_east)
-        self._turn: Turn = self.plan.turn(self._line, np.array(at[:3]), np.array(at[3:]), wind)
+        try:
+            self._turn: Turn = self.plan.turn(self._line, np.array(at[:3]), np.array(at[3:]), wind)
+        except InputError as refusal:
+            raise RunFailure(f"line {self.next_line} cannot be reached: {refusal}") from refusal
         self._part = _Part.FIRST
         self._left = self._turn.angle_first
         self._heading = self._air_heading(at, self._line.frame_wind(*wind))

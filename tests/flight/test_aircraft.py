@@ -147,6 +147,24 @@ def test_speed_step(twin: Aircraft) -> None:
     assert state.height == pytest.approx(3000.0, abs=0.5)
 
 
+@pytest.mark.parametrize("rate", [60.0, 240.0])
+def test_step_rate_does_not_change_the_flight(folder: Path, rate: float) -> None:
+    # A filter that took another step than the flight's would move the height, speed and roll of this turn by
+    # metres, m/s and degrees; a step of 1/60 s itself is worth 0.04 deg of roll (first order).
+    states = []
+    for each in (120.0, rate):
+        aircraft = Aircraft(folder, each)
+        start(aircraft)
+        aircraft.command(0.3, 3010.0, 72.0)
+        hold(aircraft, round(12.0 * each), *CALM)
+        states.append(aircraft.state())
+    expected, found = states
+    assert found.t == pytest.approx(12.0)
+    assert found.height == pytest.approx(expected.height, abs=0.1)
+    assert found.airspeed == pytest.approx(expected.airspeed, abs=0.02)
+    assert found.roll == pytest.approx(expected.roll, abs=math.radians(0.05))
+
+
 def test_lost_aircraft_ends_the_run(twin: Aircraft) -> None:
     start(twin)
     with pytest.raises(RunFailure, match=r"aircraft lost at \d\.\d\d s: its state is not finite"):

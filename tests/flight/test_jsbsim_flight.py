@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from aerosim.errors import InputError
+from aerosim.errors import InputError, RunFailure
 from aerosim.flight.guidance import Phase
 from aerosim.flight.jsbsim_flight import JsbsimFlight, bare_loop
 from aerosim.flight.plan import Line
@@ -151,6 +151,43 @@ def test_line_is_held_in_gusts(fly: Make, sigma: float, seconds: int, across: fl
     assert np.degrees(np.abs(found["p"])).max() < 4.0
     assert math.degrees(rms["roll"]) < 1.0
     assert rms["q"] < rms["p"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("wind_to", range(0, 360, 45))
+def test_block_of_ten_lines_in_wind_and_gusts(fly: Make, wind_to: int) -> None:
+    # Photos begin with roll below 2 deg and cross-track below 15 m on every line, at sigma 0.7 m/s.
+    wind = (12.0 * math.cos(math.radians(wind_to)), 12.0 * math.sin(math.radians(wind_to)))
+    corner = (0.89, 0.23)
+    rows = [(beside(corner, 0.0, 800.0 * k), beside(corner, 10_000.0, 800.0 * k)) for k in range(10)]
+    flight = fly([Line(*row) if k % 2 == 0 else Line(*row[::-1]) for k, row in enumerate(rows)], wind)
+    rng = np.random.default_rng(wind_to)
+    keep, gust, line, begun, offsets = math.exp(-AIRSPEED / 533.0 / 120.0), np.zeros(3), -1, 0, []
+    while not flight.done:
+        gust = keep * gust + rng.normal(0.0, 0.7 * math.sqrt(1.0 - keep**2), 3)
+        flight.step(AirState(*wind, 0.0, *gust.tolist(), 0.0, 0.0, 0.0))
+        if flight.line != line:
+            line = flight.line
+            if line >= 0:
+                begun += 1
+                assert abs(flight.cross_track) < 15.0
+                assert abs(flight.aircraft.attitude()[0]) < math.radians(2.0)
+        if line >= 0:
+            offsets.append(flight.cross_track)
+    assert begun == 10
+    assert np.std(offsets) < 4.0
+    assert flight.state().t == pytest.approx(flight.plan.forecast(*wind).duration, rel=0.03)
+
+
+def test_wind_that_rises_above_the_airspeed_ends_the_run(fly: Make) -> None:
+    flight = fly(block(90.0, 700.0), run_in_s=0.0)
+    guidance = flight._guidance
+    at = flight.aircraft.ecef()
+    end = flight.plan.lines[0].end_points(HEIGHT)[1] + 10.0 * flight.plan.lines[0].forward_end
+    guidance.update((*end.tolist(), *at[3:]), 0.0, 0.0)
+    assert guidance.line == 0
+    with pytest.raises(RunFailure, match="line 1 cannot be reached: wind of 80 m/s"):
+        guidance.update((*end.tolist(), *at[3:]), 80.0, 0.0)
 
 
 def test_commands_do_not_chatter_or_saturate_in_gusts(fly: Make) -> None:
