@@ -17,7 +17,7 @@ TIMELINE = "sim_time"
 SHOWN_S = 20.0
 PX_PER_STEP = 1.2  # drawn width of one exposure
 BACKGROUND = (13, 16, 17)
-LABEL_RGB = (40, 140, 225)  # read on the label's box of the viewer's dark and light themes
+LABEL_RGB = (255, 255, 255)  # read on the label's box over a dark ground, in the viewer's dark and light theme
 CHUNK = 2000  # exposures in one picture: what the smallest graphics cards take as one texture
 GAP_PX = 12
 SCROLL_PERIOD = 0.1
@@ -27,6 +27,12 @@ COLOURS = np.array(
     [[68, 1, 84], [70, 50, 127], [54, 92, 141], [39, 127, 142], [31, 161, 135], [74, 194, 109], [253, 231, 37]],
     float,
 )
+
+
+def fixed(rec: rr.RecordingStream, entity: str, *archetypes: Any) -> None:
+    """Log what does not change with time, in order: columns do not wait for it in the stream's batches."""
+    rec.log(entity, *archetypes, static=True)
+    rec.flush()
 
 
 def _table(path: Path) -> Any:
@@ -72,7 +78,7 @@ def log_rows(rec: rr.RecordingStream, source: Source) -> float:
             place = rr.Transform3D(
                 translation=[PX_PER_STEP * float(t[piece.start]) / period, top, 0.0], scale=[PX_PER_STEP, 1.0, 1.0]
             )
-            rec.log(f"rows/scroll/{name}_{number}", rr.Image(picture, "L"), place, static=True)
+            fixed(rec, f"rows/scroll/{name}_{number}", rr.Image(picture, "L"), place)
     times = np.arange(0.0, float(source.telemetry["t_s"][-1]) + SCROLL_PERIOD, SCROLL_PERIOD)
     shift = np.column_stack([-PX_PER_STEP * times / period, 0.0 * times, 0.0 * times])
     index = [rr.TimeColumn(TIMELINE, duration=times)]
@@ -87,23 +93,21 @@ def _log_row_scale(rec: rr.RecordingStream, px_per_s: float, tops: tuple[int, in
     """Marks each 5 s, the rows' names, and a cover over what lies ahead in time."""
     ago = np.arange(0.0, SHOWN_S + 0.1, 5.0)
     strips = [[(-a * px_per_s, height + 2.0), (-a * px_per_s, height + 8.0)] for a in ago]
-    rec.log(
-        "rows/scale", rr.LineStrips2D(strips, colors=(200, 200, 200), radii=rr.Radius.ui_points(0.8)), static=True
-    )
+    fixed(rec, "rows/scale", rr.LineStrips2D(strips, colors=(200, 200, 200), radii=rr.Radius.ui_points(0.8)))
     names = [f"-{a:.0f} s" if a else "now" for a in ago] + ["row I, ahead", "row II, behind"]
     at = np.column_stack([-ago * px_per_s, np.full(len(ago), height + 9.0)])
     at = np.concatenate([at, [[-(SHOWN_S - 2.0) * px_per_s, y - GAP_PX - 2.0] for y in tops]])
     _log_labels(rec, "rows/names", at, names)
     cover = rr.Image(np.full((1, 1, 3), BACKGROUND, np.uint8), draw_order=5.0)
     place = rr.Transform3D(translation=[1.0, -50.0, 0.0], scale=[1e5, height + 100.0, 1.0])
-    rec.log("rows/future", cover, place, static=True)
+    fixed(rec, "rows/future", cover, place)
 
 
 def _log_labels(rec: rr.RecordingStream, entity: str, at: NDArray[Any], labels: list[str]) -> None:
     """Words in a 2D view, below their points, which are too small to be seen."""
     small = rr.Radius.ui_points(0.3)
     points = rr.Points2D(at, labels=labels, show_labels=True, radii=small, colors=LABEL_RGB, draw_order=20.0)
-    rec.log(entity, points, static=True)
+    fixed(rec, entity, points)
 
 
 def _log_links(rec: rr.RecordingStream, source: Source, px_per_s: float, spans: Any) -> None:
@@ -124,7 +128,7 @@ def _log_links(rec: rr.RecordingStream, source: Source, px_per_s: float, spans: 
     index = [rr.TimeColumn(TIMELINE, duration=np.asarray(strips["t_decided_s"][good], float))]
     rec.send_columns("rows/scroll/strip", index, rr.LineStrips2D.columns(strips=flat).partition([3] * len(drawn)))
     style = rr.LineStrips2D.from_fields(colors=(255, 140, 0), radii=rr.Radius.ui_points(1.2), draw_order=10.0)
-    rec.log("rows/scroll/strip", style, static=True)
+    fixed(rec, "rows/scroll/strip", style)
 
 
 def rows_view(source: Source, height: float) -> rrb.Spatial2DView:
@@ -161,7 +165,7 @@ def log_surfaces(rec: rr.RecordingStream, source: Source) -> tuple[float, float,
     form = rr.components.ImageFormat(width=high - low, height=shifts, color_model="RGB", channel_datatype="U8")
     index = [rr.TimeColumn(TIMELINE, duration=np.asarray(strips["t_decided_s"][order], float))]
     rec.send_columns("mad/surface", index, rr.Image.columns(buffer=pictures, format=[form] * len(pictures)))
-    rec.log("mad/surface", rr.Transform3D(translation=[low - 0.5, 0.0, 0.0], scale=[1.0, MU_PX, 1.0]), static=True)
+    fixed(rec, "mad/surface", rr.Transform3D(translation=[low - 0.5, 0.0, 0.0], scale=[1.0, MU_PX, 1.0]))
     _log_minima(rec, source, order, shifts, index)
     _log_mad_scale(rec, low, high, shifts)
     return float(low), float(high), shifts
@@ -183,9 +187,9 @@ def _log_minima(rec: rr.RecordingStream, source: Source, order: NDArray[Any], sh
     labels = [f"n {a:.1f}, mu {b:+.2f} px, MAD {c:.1f}" for a, b, c in zip(n, mu, least, strict=True)]
     rec.send_columns("mad/minimum", index, rr.Points2D.columns(positions=at, labels=labels))
     style = rr.Points2D.from_fields(
-        colors=(255, 70, 50), radii=rr.Radius.ui_points(5.0), show_labels=True, draw_order=10.0
+        colors=LABEL_RGB, radii=rr.Radius.ui_points(4.0), show_labels=True, draw_order=10.0
     )
-    rec.log("mad/minimum", style, static=True)
+    fixed(rec, "mad/minimum", style)
 
 
 def _log_mad_scale(rec: rr.RecordingStream, low: int, high: int, shifts: int) -> None:

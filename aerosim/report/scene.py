@@ -63,7 +63,7 @@ class Scene:
             ]
         ).astype(np.float32)
 
-    def draped(self, points: Array, above: float = 40.0) -> NDArray[np.float32]:
+    def draped(self, points: Array, above: float = 80.0) -> NDArray[np.float32]:
         """Points (n, 2), m, laid on the ground, a little above it; on the mean ground where there is none."""
         height = np.full(len(points), self.ground)
         if self.window is not None:

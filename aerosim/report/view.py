@@ -11,7 +11,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
-from aerosim.report.rowview import LABEL_RGB, log_rows, log_surfaces, mad_view, rows_view
+from aerosim.report.rowview import LABEL_RGB, fixed, log_rows, log_surfaces, mad_view, rows_view
 from aerosim.report.scene import (
     CAMERA_RGB,
     LINE_RGB,
@@ -48,25 +48,25 @@ def _every(source: Source, period: float) -> NDArray[np.int64]:
 
 
 def _log_land(rec: rr.RecordingStream, scene: Scene) -> None:
-    rec.log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
+    fixed(rec, "world", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
     mesh = land_mesh(scene)
     if mesh:
-        rec.log("world/land", rr.Mesh3D(**mesh), static=True)
+        fixed(rec, "world/land", rr.Mesh3D(**mesh))
     width = rr.Radius.ui_points(1.6)
-    lines = [scene.draped(np.linspace(a, b, 200), 25.0) for a, b in scene.source.lines_g]
-    rec.log("world/lines", rr.LineStrips3D(lines, radii=width, colors=LINE_RGB), static=True)
+    lines = [scene.draped(np.linspace(a, b, 200)) for a, b in scene.source.lines_g]
+    fixed(rec, "world/lines", rr.LineStrips3D(lines, radii=width, colors=LINE_RGB))
     starts = [line[0] for line in lines]
     names = [f"line {k}" for k in range(len(lines))]
-    rec.log(
+    fixed(
+        rec,
         "world/lines/starts",
         rr.Points3D(starts, radii=rr.Radius.ui_points(4.0), labels=names, show_labels=True, colors=LABEL_RGB),
-        static=True,
     )
     path = scene.source.path_g
     if len(path) > 1:
         thin = path[:: max(1, len(path) // 3000)]
         strip = [scene.local(*thin.T)]
-        rec.log("world/path", rr.LineStrips3D(strip, radii=width, colors=PATH_RGB), static=True)
+        fixed(rec, "world/path", rr.LineStrips3D(strip, radii=width, colors=PATH_RGB))
 
 
 def _log_flight(rec: rr.RecordingStream, scene: Scene) -> None:
@@ -76,27 +76,24 @@ def _log_flight(rec: rr.RecordingStream, scene: Scene) -> None:
     place, turn = scene.local(*source.path_g[keep].T), scene.convergence
     angles = [np.radians(tel[name])[keep] for name in ("heading_deg", "pitch_deg", "roll_deg")]
     aircraft = quaternions(angles[0], angles[1], angles[2], turn)
-    rec.log(
-        "world/aircraft", rr.Mesh3D(**aircraft_mesh(float(np.clip(scene.size / 22.0, 150, 1400)))), static=True
-    )
+    fixed(rec, "world/aircraft", rr.Mesh3D(**aircraft_mesh(float(np.clip(scene.size / 22.0, 150, 1400)))))
     camera = quaternions(*camera_attitude(source, keep), turn)
     # a frame that goes with the aircraft and stays level: where the second view looks from
     chase = upright(np.radians(tel["track_deg"])[keep] - turn)
     times = at(tel["t_s"][keep])
     for entity, quaternion in (("world/aircraft", aircraft), ("world/camera", camera), ("world/chase", chase)):
         rec.send_columns(entity, times, rr.Transform3D.columns(translation=place, quaternion=quaternion))
-        rec.log(entity, rr.TransformAxes3D(0.0), static=True)
+        fixed(rec, entity, rr.TransformAxes3D(0.0))
     optics = source.scenario.frame_camera
     along, across = optics.format_mm
-    rec.log(
+    fixed(
+        rec,
         "world/camera",
         # c has x to the front edge and y to the right: in the picture, right is y and down is -x
         rr.Pinhole(
             width=across, height=along, focal_length=optics.focal_mm, camera_xyz=rr.ViewCoordinates.URF,
-            image_plane_distance=0.98 * float(np.nanmedian(tel["agl_m"])), color=CAMERA_RGB, line_width=-2.5,
-        ),
-        static=True,
-    )  # fmt: skip
+            image_plane_distance=0.98 * float(np.nanmedian(tel["agl_m"])), color=CAMERA_RGB, line_width=-1.5,
+        ))  # fmt: skip
 
 
 def _log_photos(rec: rr.RecordingStream, scene: Scene) -> None:
@@ -110,7 +107,7 @@ def _log_photos(rec: rr.RecordingStream, scene: Scene) -> None:
     for entity, colour, width in (("world/photos/all", SEEN_RGB, 1.0), ("world/photos/last", SHOT_RGB, 3.0)):
         rec.send_columns(entity, times, rr.LineStrips3D.columns(strips=[[o] for o in outlines]))
         style = rr.LineStrips3D.from_fields(colors=colour, radii=rr.Radius.ui_points(width))
-        rec.log(entity, style, static=True)
+        fixed(rec, entity, style)
 
 
 def _series(
@@ -124,13 +121,15 @@ def _series(
         return set()
     if points:
         t_s, y = t_s[known], y[known]
-    rec.send_columns(entity, at(t_s), rr.Scalars.columns(scalars=y))
+    # a time without a value breaks the curve (and, unlike NaN, equals itself when files are compared)
+    column = rr.Scalars.columns(scalars=y[np.isfinite(y)]).partition(np.isfinite(y).astype(np.int64))
+    rec.send_columns(entity, at(t_s), column)
     look = (
         rr.SeriesPoints(colors=colour, names=name, markers="circle", marker_sizes=2.5)
         if points
         else rr.SeriesLines(colors=colour, names=name, widths=1.5)
     )
-    rec.log(entity, look, static=True)
+    fixed(rec, entity, look)
     return {entity.split("/")[1]}
 
 
@@ -255,7 +254,11 @@ def write_rrd(run_dir: Path) -> Path:
     scene = Scene(source)
     identity = f"{source.scenario.name}-{source.scenario.seed}"
     # without the stream's own properties, which hold the wall clock: the same run gives the same file
-    rec = rr.RecordingStream("aerosim", recording_id=identity, send_properties=False)
+    rec = rr.RecordingStream(
+        "aerosim",
+        recording_id=identity,
+        send_properties=False,
+    )
     flown = source.count(source.telemetry) > 1
     _log_land(rec, scene)
     _log_photos(rec, scene)

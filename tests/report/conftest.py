@@ -117,7 +117,7 @@ def strips_of(tel: dict[str, np.ndarray]) -> tuple[dict[str, list], dict[str, li
             "innovation_drift": rng.normal(), "innovation_vh": rng.normal(),
             "drift_deg": float(tel["drift_true_deg"][k]),
             "vh_per_s": np.nan if given_up else vh / 1.004, "accepted": not bad,
-            "reason": "timeout" if given_up else reasons[strip % 3] if bad else "accepted",
+            "reason": "timeout" if given_up else reasons[strip // 9 % 3] if bad else "accepted",
             "crab_true_deg": float(tel["crab_true_deg"][k]), "vh_true_per_s": vh, "n_true": n_true,
         }  # fmt: skip
         for name, value in row.items():
