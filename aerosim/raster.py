@@ -53,7 +53,7 @@ class Window(NamedTuple):
 class WindowedRaster:
     """A raster seen through one window, re-read only when something outside of it is asked for.
 
-    Holds size**2 float32 (17 MB at 2048), three times that while reading.
+    Holds size**2 float32 (38 MB at 3072), three times that while reading.
     """
 
     def __init__(
@@ -64,7 +64,7 @@ class WindowedRaster:
         *,
         weights: dict[int, float] | None = None,
         convert: Callable[[Window], Values] | None = None,
-        size: int = 2048,
+        size: int = 3072,
     ) -> None:
         """crs: working grid, projected, m.  resolution_m: wanted cell, averaged to it, never finer than the file.
 
@@ -76,6 +76,8 @@ class WindowedRaster:
         cell = file.cell_size(crs, self.resolution_m)
         self._side = min(size * cell, file.max_side(crs, self.resolution_m))
         self._limit = 2.0 * size * cell
+        outline = file.outline(crs)
+        self._extent = np.array([outline.min(axis=0), outline.max(axis=0)])
         self._e_min = self._n_min = np.inf
         self._e_max = self._n_max = -np.inf
         self._window: Window | None = None
@@ -96,14 +98,25 @@ class WindowedRaster:
             return self._window
         return self._reread(e_min, n_min, e_max, n_max)
 
+    def _grown(self, low: float, high: float, extent: Array) -> tuple[float, float]:
+        """A stretch as long as the window that holds low to high: on the raster as far as it can, else around them."""
+        half = max(self._side, high - low) / 2.0
+        middle = (low + high) / 2.0
+        first, last = extent[0] + half, extent[1] - half
+        inside = min(max(middle, first), last) if first < last else float(extent.mean())
+        if inside - half <= low and high <= inside + half:
+            middle = inside
+        return middle - half, middle + half
+
     def _reread(self, e_min: float, n_min: float, e_max: float, n_max: float) -> Window:
         wide, high = e_max - e_min, n_max - n_min
         if not (math.isfinite(wide) and math.isfinite(high)):
             raise RunFailure("the ground was asked for at a place that is not a number")
         if not (0.0 <= wide <= self._limit and 0.0 <= high <= self._limit):
             raise InputError(f"an area of {wide:.0f} x {high:.0f} m is too large to be read at once")
-        grow_e, grow_n = max(self._side - wide, 0.0) / 2.0, max(self._side - high, 0.0) / 2.0
-        area = (e_min - grow_e, n_min - grow_n, e_max + grow_e, n_max + grow_n)
+        west, east = self._grown(e_min, e_max, self._extent[:, 0])
+        south, north = self._grown(n_min, n_max, self._extent[:, 1])
+        area = (west, south, east, north)
         try:
             cells = self._file.read(self._crs, area, self.resolution_m, self._weights)
         except InputError as error:

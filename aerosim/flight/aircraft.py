@@ -81,6 +81,7 @@ class Aircraft:
         self._ecef = tuple(self._getter(name) for name in _ECEF)
         self._wind = tuple(self._setter(name) for name in _WIND)
         self._gust = tuple(self._setter(name) for name in _GUST)
+        self._air = (*self._wind, *self._gust[3:])
         self.command_roll = self._setter("ap/roll-cmd-rad")
         self.bare_step = self._fdm.run
         self._wind_n = (0.0, 0.0, 0.0)
@@ -233,30 +234,15 @@ class Aircraft:
         self._set("ap/h-cmd-ft", height * PER_FOOT)
         self._set("ap/v-cmd-fps", airspeed * PER_FOOT)
 
-    def step(
-        self,
-        wind_north: float,
-        wind_east: float,
-        wind_down: float,
-        gust_north: float,
-        gust_east: float,
-        gust_down: float,
-        p: float,
-        q: float,
-        r: float,
-    ) -> None:
-        """One step in moving air.  Wind and gust in n, m/s (where the air goes to); p, q, r in b, rad/s.
+    def step(self, north: float, east: float, down: float, p: float, q: float, r: float) -> None:
+        """One step in moving air: its velocity in n, gusts included, m/s (where it goes to); p, q, r in b, rad/s.
 
         Raises RunFailure when the aircraft is lost (looked at every 24 steps).
         """
-        if (wind_north, wind_east, wind_down) != self._wind_n:
-            self._wind_n = (wind_north, wind_east, wind_down)
-            for setter, value in zip(self._wind, self._wind_n, strict=True):
-                setter(value * PER_FOOT)
-        north, east, down, roll, pitch, yaw = self._gust
-        north(gust_north * PER_FOOT)
-        east(gust_east * PER_FOOT)
-        down(gust_down * PER_FOOT)
+        to_north, to_east, to_down, roll, pitch, yaw = self._air
+        to_north(north * PER_FOOT)
+        to_east(east * PER_FOOT)
+        to_down(down * PER_FOOT)
         roll(p)
         pitch(q)
         yaw(r)

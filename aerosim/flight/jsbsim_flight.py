@@ -35,23 +35,27 @@ class JsbsimFlight:
         self._guidance = Guidance(plan, self._every * aircraft.step_period)
         self._guidance.roll_command = self.trim.roll
         self._until = 0
+        self._step_aircraft = aircraft.step
 
     def step(self, air: AirState) -> None:
-        """One step of the aircraft in this air.  Raises RunFailure when the aircraft is lost."""
+        """One step of the aircraft in this air.  Raises RunFailure when the aircraft is lost.
+
+        Gusts are turned from b to n by the attitude of the last guidance step, at most 50 ms old: at 4 deg/s of
+        roll that misplaces 0.4 % of a gust.
+        """
         wind_north, wind_east, wind_down, u, v, w, p, q, r = air
-        aircraft = self.aircraft
         if self._until == 0:
             self._until = self._every
+            aircraft = self.aircraft
             aircraft.command_roll(self._guidance.update(aircraft.ecef(), wind_north, wind_east))
+            self._mat_nb = _mat_nb(*aircraft.attitude())
         self._until -= 1
-        roll, pitch, heading = aircraft.attitude()
-        sr, cr, sp, cp, sh, ch = sin(roll), cos(roll), sin(pitch), cos(pitch), sin(heading), cos(heading)
-        side = v * cr - w * sr
-        lift = v * sr + w * cr
-        ahead = u * cp + lift * sp
-        aircraft.step(
-            wind_north, wind_east, wind_down,
-            ahead * ch - side * sh, ahead * sh + side * ch, lift * cp - u * sp, p, q, r,
+        nx, ny, nz, ex, ey, ez, dx, dy, dz = self._mat_nb
+        self._step_aircraft(
+            wind_north + nx * u + ny * v + nz * w,
+            wind_east + ex * u + ey * v + ez * w,
+            wind_down + dx * u + dy * v + dz * w,
+            p, q, r,
         )  # fmt: skip
 
     def state(self) -> AircraftState:
@@ -83,6 +87,16 @@ class JsbsimFlight:
     def done(self) -> bool:
         """Whether the last line's end has been passed."""
         return self._guidance.phase is Phase.DONE
+
+
+def _mat_nb(roll: float, pitch: float, heading: float) -> tuple[float, ...]:
+    """mat_nb = Rz(heading) Ry(pitch) Rx(roll), row by row; plain floats, since it is used one number at a time."""
+    sr, cr, sp, cp, sh, ch = sin(roll), cos(roll), sin(pitch), cos(pitch), sin(heading), cos(heading)
+    return (
+        ch * cp, ch * sp * sr - sh * cr, ch * sp * cr + sh * sr,
+        sh * cp, sh * sp * sr + ch * cr, sh * sp * cr - ch * sr,
+        -sp, cp * sr, cp * cr,
+    )  # fmt: skip
 
 
 def bare_loop(aircraft: Aircraft, steps: int) -> None:

@@ -16,7 +16,7 @@ from aerosim.truth import AirState
 from aerosim.world.dryden import dryden_processes
 from aerosim.world.process import GaussProcess
 
-BLOCK = 4096
+BLOCK = 512  # short, so that few objects are alive at a time
 
 
 class Source(Protocol):

@@ -14,7 +14,7 @@ from aerosim.frames import ecef_from_geodetic, mat_ne
 from aerosim.truth import AircraftState
 
 EAST = math.radians(90.0)
-CALM = (0.0,) * 9
+CALM = (0.0,) * 6
 
 
 def start(aircraft: Aircraft, wind: tuple[float, float, float] = (0.0, 0.0, 0.0), course: float = EAST) -> None:
@@ -76,19 +76,16 @@ def test_position_and_velocity_agree(twin: Aircraft) -> None:
         (0, "accelerations/udot-ft_sec2", 1.0),  # north wind velocity: a tail wind slows the air over the wing
         (1, "accelerations/vdot-ft_sec2", 1.0),  # air going east pushes to the right
         (2, "accelerations/wdot-ft_sec2", 1.0),  # air going down pushes down
-        (3, "accelerations/udot-ft_sec2", 1.0),
-        (4, "accelerations/vdot-ft_sec2", 1.0),
-        (5, "accelerations/wdot-ft_sec2", 1.0),
-        (6, "accelerations/pdot-rad_sec2", 1.0),  # air that turns takes the aircraft along
-        (7, "accelerations/qdot-rad_sec2", 1.0),
-        (8, "accelerations/rdot-rad_sec2", 1.0),
+        (3, "accelerations/pdot-rad_sec2", 1.0),  # air that turns takes the aircraft along
+        (4, "accelerations/qdot-rad_sec2", 1.0),
+        (5, "accelerations/rdot-rad_sec2", 1.0),
     ],
 )
 def test_air_takes_the_aircraft_along(twin: Aircraft, part: int, property_name: str, sign: float) -> None:
     start(twin, course=0.0)
     before = twin._fdm[property_name]
-    air = [0.0] * 9
-    air[part] = 1.0 if part < 6 else 0.1
+    air = [0.0] * 6
+    air[part] = 1.0 if part < 3 else 0.1
     twin.step(*air)
     assert sign * (twin._fdm[property_name] - before) > 0.01
 
@@ -98,7 +95,7 @@ def fly_turbulent(folder: Path) -> AircraftState:
     start(aircraft, (-8.0, 2.0, 0.0))
     rng = np.random.default_rng(7)
     for gust in rng.normal(0.0, 1.0, (1500, 6)).tolist():
-        aircraft.step(-8.0, 2.0, 0.0, gust[0], gust[1], gust[2], *(0.02 * g for g in gust[3:]))
+        aircraft.step(gust[0] - 8.0, gust[1] + 2.0, gust[2], *(0.02 * g for g in gust[3:]))
     return aircraft.state()
 
 
@@ -174,7 +171,7 @@ def test_lost_aircraft_ends_the_run(twin: Aircraft) -> None:
 def test_gust_beyond_the_model_ends_the_run(twin: Aircraft) -> None:
     start(twin)
     with pytest.raises(RunFailure, match="angle of attack"):
-        hold(twin, 48, 0.0, 0.0, 0.0, 0.0, 0.0, -40.0, 0.0, 0.0, 0.0)
+        hold(twin, 48, 0.0, 0.0, -40.0, 0.0, 0.0, 0.0)
 
 
 def test_empty_tank_ends_the_run(folder: Path) -> None:

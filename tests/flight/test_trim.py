@@ -46,7 +46,7 @@ def test_flies_hands_off_in_crosswind(folder: Path, height: float, share: float)
     begin = aircraft.state()
     assert begin.v_down == pytest.approx(0.0, abs=1e-9)
     for _ in range(30 * 120):
-        aircraft.step(*wind, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        aircraft.step(*wind, 0.0, 0.0, 0.0)
     now = aircraft.state()
     assert now.height == pytest.approx(height, abs=5.0)
     assert now.airspeed == pytest.approx(speed, abs=1.0)
