@@ -43,11 +43,12 @@ def _transverse(
     """sigma sqrt(tau) (1 + sqrt(3) tau s)/(1 + tau s)^2 and sign (s/V)/(1 + rate_tau s) of it."""
     k = sigma * np.sqrt(tau)
     # x0 = tau^2/(1 + tau s)^2 of white noise, x1 its derivative, x2 = the gust through the span filter
-    gust = k * np.array([1.0, np.sqrt(3.0) * tau]) / tau**2
+    gust = np.array([1.0, np.sqrt(3.0) * tau]) / tau**2
     a = np.zeros((3, 3))
     a[0, 1] = 1.0
     a[1] = [-1.0 / tau**2, -2.0 / tau, 0.0]
     a[2, :2] = gust / rate_tau
     a[2, 2] = -1.0 / rate_tau
     rate = sign / (airspeed * rate_tau) * np.array([gust[0], gust[1], -1.0])
-    return GaussProcess(a, [[0.0], [1.0], [0.0]], np.vstack([[*gust, 0.0], rate]), dt, rng)
+    # sigma stands outside of the states: another sigma gives the same gusts, only stronger
+    return GaussProcess(a, [[0.0], [1.0], [0.0]], k * np.vstack([[*gust, 0.0], rate]), dt, rng)
