@@ -39,7 +39,7 @@ class Mount:
         self._dt = dt
         self._follow = 1.0 - math.exp(-dt / parameters.time_constant) if parameters.time_constant > 0.0 else 1.0
         self._most = parameters.rate_limit * dt
-        self._queue: deque[float] = deque([0.0] * (round(parameters.delay / dt) + 1))
+        self._queue: deque[float] = deque([0.0] * round(parameters.delay / dt))
         self._rng = rng
         self._noise: list[float] = []
         self.yaw = 0.0
