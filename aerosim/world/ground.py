@@ -84,13 +84,13 @@ def below(spot: Spot, heading: float, along: float, across: float) -> Below:
 def _below(
     heights: Values, place: Array, grid: Array, heading: float, along: float, across: float
 ) -> tuple[float, float, float]:  # pragma: no cover - compiled
-    """Nine by five cells' worth of bilinear samples."""
+    """Bilinear samples in the middles of nine by five parts."""
     ch, sh = np.cos(heading), np.sin(heading)
     nadir, strip, total = np.nan, 0.0, 0.0
     for i in range(-2, 3):
         line = 0.0
         for j in range(-4, 5):
-            a, b = i / 2.0 * along, j / 4.0 * across
+            a, b = i / 2.5 * along, j / 4.5 * across
             north, east = a * ch - b * sh, a * sh + b * ch
             col = (grid[0] + grid[2] * north + grid[3] * east - place[0]) / place[2]
             row = (grid[1] + grid[4] * north + grid[5] * east - place[1]) / place[3]

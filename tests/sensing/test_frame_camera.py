@@ -16,7 +16,7 @@ LAG = 0.05 + 0.003 / 2.0
 
 
 def state(t):
-    """Flying north at 70 m/s from latitude 0.6, turning its nose at 0.02 rad/s; positions by the meridian radius."""
+    """Flying north at 70 m/s from latitude 0.6, nose turning at 0.02 rad/s; and the meridian's radius up there."""
     sin2 = math.sin(0.6) ** 2
     e2 = 0.00669437999014
     radius = 6378137.0 * (1.0 - e2) / (1.0 - e2 * sin2) ** 1.5 + 3000.0

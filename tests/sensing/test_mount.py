@@ -42,9 +42,11 @@ def attitude(state, level, yaw):
 def test_positive_yaw_is_clockwise_seen_from_above():
     device = mount()
     device.step(math.radians(90.0))
-    mat = device.pose(aircraft()).mat_nc
-    # The aircraft flies north: the camera's x looks east, its right edge south, its axis down.
-    assert mat.T == pytest.approx(np.array([[0, 1, 0], [-1, 0, 0], [0, 0, 1]]), abs=1e-12)
+    ahead, right, axis = device.pose(aircraft()).mat_nc.T
+    # The aircraft flies north: the camera's front edge is to the east, its right edge to the south.
+    assert ahead == pytest.approx([0.0, 1.0, 0.0], abs=1e-12)
+    assert right == pytest.approx([-1.0, 0.0, 0.0], abs=1e-12)
+    assert axis == pytest.approx([0.0, 0.0, 1.0], abs=1e-12)
 
 
 @pytest.mark.parametrize("steps", [0, 1, 6])
