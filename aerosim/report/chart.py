@@ -65,37 +65,39 @@ def _footprints(ax: Any, source: Source) -> None:
 
 
 def _arrow(ax: Any, at: float, direction: Array, text: str, colour: str) -> None:
-    """An arrow above the map's left edge.  at: pt from that edge; direction: unit vector on the grid."""
-    tip = np.array([at, 16.0]) + 11.0 * direction
-    tail = np.array([at, 16.0]) - 11.0 * direction
+    """An arrow at the figure's upper left.  at: pt from its left edge; direction: unit vector on the grid."""
+    corner = _corner(ax.figure)
+    middle = np.array([at, -16.0])
     ax.annotate(
-        "", xy=tip, xytext=tail, xycoords=_above(ax), textcoords=_above(ax), annotation_clip=False,
+        "", xy=middle + 10.0 * direction, xytext=middle - 10.0 * direction, xycoords=corner, textcoords=corner,
+        annotation_clip=False,
         arrowprops={"arrowstyle": "-|>,head_width=0.3,head_length=0.5", "color": colour, "lw": 2.2} | BARE,
-    )  # fmt: skip
-    ax.annotate(text, xy=(at + 15.0, 16.0), xycoords=_above(ax), va="center", fontsize=9, annotation_clip=False)
+    ).set_in_layout(False)  # fmt: skip
+    label = ax.annotate(
+        text, xy=(at + 14.0, -16.0), xycoords=corner, va="center", fontsize=9, annotation_clip=False
+    )
+    label.set_in_layout(False)
 
 
-def _above(ax: Any) -> Any:
-    """Coordinates in pt from the upper left corner of the map."""
-    from matplotlib.transforms import Affine2D, ScaledTranslation
+def _corner(figure: Any) -> Any:
+    """Coordinates in pt from the upper left corner of the figure."""
+    from matplotlib.transforms import Affine2D
 
-    scale = Affine2D().scale(ax.figure.dpi / 72.0)
-    corner = ax.transAxes.transform((0.0, 1.0))
-    return scale + ScaledTranslation(corner[0], corner[1], Affine2D())
+    return Affine2D().scale(figure.dpi / 72.0).translate(0.0, figure.bbox.height)
 
 
 def _furniture(ax: Any, source: Source, bounds: tuple[float, float, float, float]) -> None:
-    """North arrow and wind arrow above the map, scale bar in it."""
+    """North arrow and wind arrow above the map, at the left; scale bar in it."""
     up = source.on_map(*np.degrees(_north_pair(source, bounds)))
     north = (up[1] - up[0]) / np.hypot(*(up[1] - up[0]))
-    _arrow(ax, 12.0, north, "N", "#000000")
+    _arrow(ax, 20.0, north, "N", "#000000")
     tel = source.telemetry
     if source.count(tel):
         wind = np.array([np.nanmean(tel["wind_east_m_s"]), np.nanmean(tel["wind_north_m_s"])])
         speed = float(np.hypot(*wind))
         if speed >= 0.05:
             east = np.array([north[1], -north[0]])
-            _arrow(ax, 58.0, (wind[0] * east + wind[1] * north) / speed, f"wind {speed:.1f} m/s", BAD)
+            _arrow(ax, 68.0, (wind[0] * east + wind[1] * north) / speed, f"wind {speed:.1f} m/s", BAD)
     width = bounds[2] - bounds[0]
     length = _round_length(width / 5.0)
     x, y = bounds[2] - 0.03 * width - length, bounds[1] + 0.045 * (bounds[3] - bounds[1])
@@ -143,7 +145,7 @@ def draw(ax: Any, source: Source) -> None:
     ax.yaxis.set_major_formatter(lambda value, _: f"{value / 1000:g}")
     ax.set_xlabel("easting [km]")
     ax.set_ylabel("northing [km]")
-    ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=7, fontsize=9, handlelength=1.6)
+    ax.figure.legend(loc="outside upper right", ncols=7, fontsize=9, handlelength=1.6)
     ax.figure.canvas.draw()
     _furniture(ax, source, bounds)
 
@@ -155,7 +157,7 @@ def map_jpeg(source: Source) -> bytes:
     with style() as figure_class:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-        height = float(np.clip(9.2 * shape + 1.0, 2.6, 11.0))
+        height = float(np.clip(9.2 * shape + 1.0, 2.8, 8.0))
         figure = figure_class(figsize=(10.0, height), layout="constrained", dpi=150)
         FigureCanvasAgg(figure)
         draw(figure.subplots(), source)

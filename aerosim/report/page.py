@@ -162,8 +162,11 @@ def _map(source: Source) -> str:
     data = base64.b64encode(map_jpeg(source)).decode()
     text = "Map of the land with planned lines, flown path and photo footprints"
     picture = f'<img alt="{text}" src="data:image/jpeg;base64,{data}">'
-    crs = source.grid.crs.name
-    return _figure(picture, "Map", f"Map grid: {crs}. Footprints are where the picture's corners meet the ground.")
+    name = source.grid.crs.name
+    grid = "the orthophoto's, which has no name" if name.lower() in ("unnamed", "unknown") else name
+    return _figure(
+        picture, "Map", f"Map grid: {grid}. Footprints are where the picture's corners meet the ground."
+    )
 
 
 def versions_here() -> dict[str, str]:

@@ -164,7 +164,7 @@ def photos(source: Source, tolerance_pct: float) -> str:
             ax.set_ylabel(label)
             ax.set_ylim(bottom=0.0)
         _shade(source, axes)
-        _legend(axes[0], 7)
+        _legend(axes[0], 4)
         return to_svg(figure)
 
 

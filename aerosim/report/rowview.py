@@ -160,8 +160,7 @@ def log_surfaces(rec: rr.RecordingStream, source: Source) -> tuple[float, float,
     order = np.array([row_of[int(numbers[k])] for k in kept])
     surfaces = [table["mad_grey"][k].values.to_numpy(zero_copy_only=False).reshape(-1, shifts) for k in kept]
     top = float(np.percentile(np.concatenate([s[::7].ravel() for s in surfaces]), 90.0))
-    least = float(np.median([s.min() for s in surfaces]))
-    pictures = [_picture(s, int(f) - low, high - low, (least, top)) for s, f in zip(surfaces, first, strict=True)]
+    pictures = [_picture(s, int(f) - low, high - low, top) for s, f in zip(surfaces, first, strict=True)]
     form = rr.components.ImageFormat(width=high - low, height=shifts, color_model="RGB", channel_datatype="U8")
     index = [rr.TimeColumn(TIMELINE, duration=np.asarray(strips["t_decided_s"][order], float))]
     rec.send_columns("mad/surface", index, rr.Image.columns(buffer=pictures, format=[form] * len(pictures)))
@@ -171,10 +170,11 @@ def log_surfaces(rec: rr.RecordingStream, source: Source) -> tuple[float, float,
     return float(low), float(high), shifts
 
 
-def _picture(surface: NDArray[Any], offset: int, width: int, ends: tuple[float, float]) -> NDArray[np.uint8]:
-    """One surface in colours from ends to ends (grey levels), low dark; what was not looked at is grey."""
+def _picture(surface: NDArray[Any], offset: int, width: int, top: float) -> NDArray[np.uint8]:
+    """One surface in colours, dark at its minimum, bright from top (grey levels); not looked at is grey."""
     out = np.full((surface.shape[1], width, 3), 60, np.uint8)
-    x = np.clip((surface - ends[0]) / (ends[1] - ends[0]), 0.0, 1.0) * (len(COLOURS) - 1)
+    least = float(surface.min())
+    x = np.clip((surface - least) / max(top - least, 1.0), 0.0, 1.0) * (len(COLOURS) - 1)
     colour = np.stack([np.interp(x, np.arange(len(COLOURS)), COLOURS[:, k]) for k in range(3)], axis=-1)
     # mu > 0 (track to the right) upwards
     out[:, offset : offset + len(surface)] = np.flip(colour.transpose(1, 0, 2), axis=0).astype(np.uint8)

@@ -94,12 +94,9 @@ def land_mesh(scene: Scene) -> dict[str, Any]:
     e_min, n_min, e_max, n_max = window.bounds
     margin = 0.05 * scene.size
     b = scene.bounds
-    cut = (
-        max(e_min, b[0] - margin),
-        max(n_min, b[1] - margin),
-        min(e_max, b[2] + margin),
-        min(n_max, b[3] + margin),
-    )
+    low = np.max([(e_min, n_min), (b[0] - margin, b[1] - margin), land.bounds[:2]], axis=0)
+    high = np.min([(e_max, n_max), (b[2] + margin, b[3] + margin), land.bounds[2:]], axis=0)
+    cut = (float(low[0]), float(low[1]), float(high[0]), float(high[1]))
     step = max(cut[2] - cut[0], cut[3] - cut[1]) / MESH_CELLS
     east = np.linspace(cut[0], cut[2], max(2, round((cut[2] - cut[0]) / step)))
     north = np.linspace(cut[3], cut[1], max(2, round((cut[3] - cut[1]) / step)))

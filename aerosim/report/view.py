@@ -199,14 +199,16 @@ def _series_views(source: Source, found: set[str]) -> list[Any]:
 
 
 def _scene_view(scene: Scene, name: str, chase: bool) -> rrb.Spatial3DView:
-    """The whole flight from the south, or the aircraft from behind, turning with it."""
+    """The whole flight from one side, or the aircraft from behind, turning with it."""
     if chase:
         origin, target, eye = "/world/chase", np.array([0.0, 0.0, -900.0]), np.array([-7500.0, -3500.0, 3800.0])
     else:
         heights = scene.source.path_g[:, 2]
         up = 0.4 * (float(np.nanmean(heights)) - scene.ground) if len(heights) else 0.0
         origin, target = "/world", np.array([0.0, 0.0, up])
-        eye = target + scene.size * np.array([0.0, -0.50, 0.33])
+        # from the side of the long edge, so that the lines lie across the view
+        wide = scene.bounds[2] - scene.bounds[0] >= scene.bounds[3] - scene.bounds[1]
+        eye = target + scene.size * np.array([0.0, -0.50, 0.33] if wide else [-0.50, 0.0, 0.33])
     up_to_now = rrb.VisibleTimeRanges(
         timeline=TIMELINE,
         start=rrb.TimeRangeBoundary.infinite(),
