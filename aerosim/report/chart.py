@@ -51,8 +51,7 @@ def _land(ax: Any, source: Source, bounds: tuple[float, float, float, float]) ->
 def _footprints(ax: Any, source: Source) -> None:
     from matplotlib.collections import PolyCollection
 
-    corners = source.footprints_g
-    whole = np.isfinite(corners).all(axis=(1, 2))
+    corners, whole = source.footprints_g, source.whole_footprints
     if not whole.any():
         return
     ax.add_collection(
@@ -145,7 +144,8 @@ def draw(ax: Any, source: Source) -> None:
     ax.yaxis.set_major_formatter(lambda value, _: f"{value / 1000:g}")
     ax.set_xlabel("easting [km]")
     ax.set_ylabel("northing [km]")
-    ax.figure.legend(loc="outside upper right", ncols=7, fontsize=9, handlelength=1.6)
+    handles, labels = ax.get_legend_handles_labels()
+    ax.figure.legend(handles, labels, loc="outside upper right", ncols=7, fontsize=9, handlelength=1.6)
     ax.figure.canvas.draw()
     _furniture(ax, source, bounds)
 

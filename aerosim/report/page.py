@@ -164,9 +164,10 @@ def _map(source: Source) -> str:
     picture = f'<img alt="{text}" src="data:image/jpeg;base64,{data}">'
     name = source.grid.crs.name
     grid = "the orthophoto's, which has no name" if name.lower() in ("unnamed", "unknown") else name
-    return _figure(
-        picture, "Map", f"Map grid: {grid}. Footprints are where the picture's corners meet the ground."
-    )
+    beyond = int(source.count(source.photos) - source.whole_footprints.sum())
+    left_out = f" {beyond} that leave the land are not drawn." if beyond else ""
+    caption = f"Map grid: {grid}. Footprints are where the picture's corners meet the ground.{left_out}"
+    return _figure(picture, "Map", caption)
 
 
 def versions_here() -> dict[str, str]:

@@ -104,19 +104,24 @@ def _axes(figure_class: Any, rows: int, height: float, ratios: Sequence[float] |
     return figure, axes
 
 
+def draw_motion(axes: Sequence[Any], source: Source) -> None:
+    """Drift and crab, true and estimated, into two matplotlib axes that share their time."""
+    tel = source.telemetry
+    for ax, name in zip(axes, ("drift", "crab"), strict=True):
+        _limits(ax, source, f"{name}_true_deg", f"{name}_est_deg")
+        _curve(ax, tel, f"{name}_true_deg", "true", TRUE, lw=1.6)
+        _curve(ax, tel, f"{name}_est_deg", "estimated", ESTIMATE)
+        ax.set_ylabel(f"{name} [deg]")
+    axes[1].axhline(0.0, color=GREY, lw=0.8)
+    _shade(source, axes)
+    _legend(axes[0])
+
+
 def motion(source: Source) -> str:
     """Drift and crab, true and estimated."""
-    tel = source.telemetry
     with style() as figure_class:
         figure, axes = _axes(figure_class, 2, 5.2)
-        for ax, name in zip(axes, ("drift", "crab"), strict=True):
-            _limits(ax, source, f"{name}_true_deg", f"{name}_est_deg")
-            _curve(ax, tel, f"{name}_true_deg", "true", TRUE, lw=1.6)
-            _curve(ax, tel, f"{name}_est_deg", "estimated", ESTIMATE)
-            ax.set_ylabel(f"{name} [deg]")
-        axes[1].axhline(0.0, color=GREY, lw=0.8)
-        _shade(source, axes)
-        _legend(axes[0])
+        draw_motion(axes, source)
         return to_svg(figure)
 
 
@@ -156,11 +161,13 @@ def photos(source: Source, tolerance_pct: float) -> str:
         lap, relief = (np.asarray(shots[f"end_lap{k}_pct"], float) for k in ("", "_terrain"))
         ax.plot(t, relief, "_", color=GREY, ms=7, mew=1.4, label="least on the relief")
         ax.plot(t, lap, "o", ms=4.5, color=ESTIMATE, label="on the mean ground")
-        bad = (shots["verdict"] != "ok") & np.isfinite(lap)
+        bad = shots["verdict"] != "ok"
         ax.plot(t[bad], lap[bad], "o", ms=9, mfc="none", mec=BAD, mew=1.6, label="verdict not ok")
         ax.set_ylabel("end lap [%]")
         for ax, name, label in ((axes[1], "tilt_deg", "tilt [deg]"), (axes[2], "blur_px", "blur [px]")):
-            ax.plot(t, np.asarray(shots[name], float), "o", ms=3.5, color=ESTIMATE)
+            value = np.asarray(shots[name], float)
+            ax.plot(t, value, "o", ms=3.5, color=ESTIMATE)
+            ax.plot(t[bad], value[bad], "o", ms=8, mfc="none", mec=BAD, mew=1.4)
             ax.set_ylabel(label)
             ax.set_ylim(bottom=0.0)
         _shade(source, axes)

@@ -96,6 +96,11 @@ class Source:
         found = np.stack(corners, axis=1)
         return np.where(np.isfinite(found), found, np.nan)
 
+    @cached_property
+    def whole_footprints(self) -> NDArray[np.bool_]:
+        """Which photos have all four corners on the ground.  (photos,)."""
+        return np.asarray(np.isfinite(self.footprints_g).all(axis=(1, 2)))
+
     def spans(self, want_turns: bool) -> list[tuple[float, float]]:
         """Times (s) between which the aircraft is in a turn, or on a line."""
         tel = self.telemetry

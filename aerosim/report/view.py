@@ -98,8 +98,7 @@ def _log_flight(rec: rr.RecordingStream, scene: Scene) -> None:
 
 def _log_photos(rec: rr.RecordingStream, scene: Scene) -> None:
     """Each footprint at its time: all up to now, and the last one."""
-    corners = scene.source.footprints_g
-    whole = np.isfinite(corners).all(axis=(1, 2))
+    corners, whole = scene.source.footprints_g, scene.source.whole_footprints
     if not whole.any():
         return
     outlines = [scene.draped(subdivided(each)) for each in corners[whole]]
