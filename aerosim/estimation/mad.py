@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +15,7 @@ FLAT = 1.8  # mean over minimum below this: no trough, the surface is an incline
 PLAIN = 2.5  # at which a strip may be decided before its window ends
 RIVAL = 1.25  # second trough over the minimum below this: two places look alike
 NEAR_PX = 2  # a second trough counts only outside of this distance from the minimum
+PATCH_PX = 0.65  # ground motion to either side of the minimum that `refine` looks at
 
 
 def mad(row1: Grey, row2: Grey) -> Grey:
@@ -171,27 +173,33 @@ def _minimum(surface: Grey, near: float) -> tuple[int, int, float, float, float]
 
 
 def refine(surface: NDArray[np.float32], trough: Trough, steps_per_px: float) -> Trough:
-    """Sub-step and sub-pixel minimum: a quadratic surface through the squared MAD, 7 steps by 3 shifts.
+    """Sub-step and sub-pixel minimum: a quadratic surface through the squared MAD around the least element.
 
-    The squared MAD is a parabola near its minimum, the MAD itself a cone.  A place at the rim, or a fit that
-    has no minimum within a step of the grid, leaves the whole numbers.
+    surface, trough, steps_per_px: as `judge` has them.  The squared MAD is a parabola near its minimum, the MAD
+    itself a cone.  The patch is 3 shifts by the exposures within 0.65 px of ground motion: fewer follow the
+    noise, more leave the parabola.  On fractal textures (contrast 25 grey levels, 96 pixels) the error is
+    0.06 px rms in mu and in n (as ground motion) without noise, 0.07 px with noise of 1.5 grey levels, at 6.5
+    exposures a pixel; at 2.2 it is 0.08 px.  Whole numbers are off by 0.29 px in mu.
+    A place at the rim, or a fit without a minimum in its patch, leaves the whole numbers.
     """
-    half_shifts = surface.shape[1] // 2
-    stride = max(1, round(steps_per_px / 6.0))
-    step, k = int(trough.step), int(trough.mu) + half_shifts
-    if not (3 * stride <= step < len(surface) - 3 * stride and 0 < k < surface.shape[1] - 1):
+    half = max(1, round(PATCH_PX * steps_per_px))
+    step, k = int(trough.step), int(trough.mu) + surface.shape[1] // 2
+    if not (half <= step < len(surface) - half and 0 < k < surface.shape[1] - 1):
         return trough
-    patch = surface[step - 3 * stride : step + 3 * stride + 1 : stride, k - 1 : k + 2].astype(np.float64) ** 2
-    _, gs, gk, hss, hsk, hkk = _FIT @ patch.ravel()
+    patch = surface[step - half : step + half + 1, k - 1 : k + 2].astype(np.float64) ** 2
+    _, gs, gk, hss, hsk, hkk = _quadratic(half) @ patch.ravel()
     det = 4.0 * hss * hkk - hsk * hsk
     if det <= 0.0 or hss <= 0.0:
         return trough
     d_step = (hsk * gk - 2.0 * hkk * gs) / det
     d_mu = (hsk * gs - 2.0 * hss * gk) / det
-    if abs(d_step) > 3.0 or abs(d_mu) > 1.0:
+    if abs(d_step) > half or abs(d_mu) > 1.0:
         return trough
-    return trough._replace(step=trough.step + d_step * stride, mu=trough.mu + d_mu)
+    return trough._replace(step=trough.step + d_step, mu=trough.mu + d_mu)
 
 
-_S, _K = (a.ravel() for a in np.meshgrid(np.arange(-3.0, 4.0), np.arange(-1.0, 2.0), indexing="ij"))
-_FIT = np.linalg.pinv(np.column_stack([np.ones(21), _S, _K, _S * _S, _S * _K, _K * _K]))
+@cache
+def _quadratic(half: int) -> NDArray[np.float64]:
+    """Least squares for 1, s, k, s^2, s k, k^2 on 2 half + 1 steps s and 3 shifts k: (6, 3 (2 half + 1))."""
+    s, k = (a.ravel() for a in np.meshgrid(np.arange(-half, half + 1.0), np.arange(-1.0, 2.0), indexing="ij"))
+    return np.asarray(np.linalg.pinv(np.column_stack([np.ones(s.size), s, k, s * s, s * k, k * k])))
