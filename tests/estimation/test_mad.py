@@ -128,13 +128,14 @@ def test_known_whole_shift_of_a_texture(n: float, mu: float) -> None:
 
 
 @pytest.mark.parametrize(
-    ("steps_per_px", "noise", "bound"), [(6.51, 0.0, 0.08), (6.51, 1.5, 0.09), (2.17, 1.5, 0.10)]
+    ("steps_per_px", "noise", "bound"), [(6.51, 0.0, 0.075), (6.51, 1.5, 0.075), (2.17, 1.5, 0.085)]
 )
 def test_fraction_is_found_in_sign_and_size(steps_per_px: float, noise: float, bound: float) -> None:
     """0.11 to 0.16 deg of drift in the study is 0.08 to 0.11 px.
 
-    Measured: 0.06, 0.07, 0.08 px; the rms of 60 has a relative standard deviation of 9 %, so the bounds are met
-    by these and missed by whole numbers, whose error is 1/sqrt(12) = 0.29 px, and by a wrong sign.
+    Measured on 150 grounds: 0.058 to 0.067 px in mu, 0.061 to 0.072 px in n.  The rms of 60 has a relative standard
+    deviation of 9 %: the bound is 3 of them above.  Whole numbers, off by 1/sqrt(12) = 0.29 px, and a wrong sign
+    miss it.
     """
     rng = np.random.default_rng(11)
     errors = []
@@ -150,7 +151,7 @@ def test_fraction_is_found_in_sign_and_size(steps_per_px: float, noise: float, b
         errors.append(((trough.step - n) / steps_per_px, trough.mu - mu))
     rms_n, rms_mu = np.sqrt(np.mean(np.square(errors), axis=0))
     assert rms_mu < bound
-    assert rms_n < bound + 0.02
+    assert rms_n < bound + 0.01
 
 
 @settings(deadline=None, max_examples=60)

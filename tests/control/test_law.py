@@ -1,0 +1,75 @@
+"""The control law: signs, what holds before the first estimate, and what each loop does."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from aerosim.control.law import ControlParameters, camera_command
+from aerosim.signals import MotionEstimate
+
+# end lap 60 % of 230 mm over 152 mm, 69.44 m/s in 3000 m
+FOLLOW = ControlParameters(
+    base_ratio=0.4 * 230.0 / 152.0,
+    planned_vh=69.44 / 3000.0,
+    min_interval=2.0,
+    follow_drift=True,
+    follow_vh=True,
+    fmc=True,
+)
+NOTHING = MotionEstimate(0.0, math.nan, math.nan, math.nan, math.nan, False)
+
+
+def believed(drift_deg: float, vh: float) -> MotionEstimate:
+    return MotionEstimate(100.0, math.radians(drift_deg), vh, 0.01, 1e-4, True)
+
+
+@given(drift=st.floats(-25.0, 25.0), vh=st.floats(0.01, 0.08))
+def test_camera_turns_into_the_track_and_photos_keep_the_base(drift: float, vh: float) -> None:
+    command = camera_command(FOLLOW, believed(drift, vh))
+    # crab = drift - mount yaw: wind from the left drifts to the right, and the camera turns clockwise
+    assert math.radians(drift) - command.mount_yaw == 0.0
+    # base: way over height in one interval, 0.6 of the picture's side in the image left over
+    assert command.interval * vh == pytest.approx(0.4 * 230.0 / 152.0)
+    assert command.fmc_rate == vh
+
+
+def test_interval_by_hand() -> None:
+    """The picture covers 230/152 x 3000 m = 4539 m; 40 % of it are 1816 m, 26.15 s at 69.44 m/s."""
+    assert camera_command(FOLLOW, believed(0.0, 69.44 / 3000.0)).interval == pytest.approx(26.15, abs=0.005)
+
+
+def test_before_the_first_estimate_the_plan_holds() -> None:
+    command = camera_command(FOLLOW, NOTHING)
+    assert command.mount_yaw == 0.0
+    assert command.interval == pytest.approx(26.15, abs=0.005)
+    assert command.fmc_rate == FOLLOW.planned_vh
+
+
+def test_camera_has_a_shortest_interval() -> None:
+    low = believed(0.0, 1.0)  # 0.6 s wanted
+    assert camera_command(FOLLOW, low).interval == 2.0
+    assert camera_command(replace(FOLLOW, min_interval=0.1), low).interval == pytest.approx(0.605, abs=5e-4)
+
+
+def test_without_compensation_the_image_is_not_moved() -> None:
+    command = camera_command(replace(FOLLOW, fmc=False), believed(5.0, 0.03))
+    assert command.fmc_rate == 0.0
+    assert command.mount_yaw == math.radians(5.0)
+    assert camera_command(replace(FOLLOW, fmc=False), NOTHING).fmc_rate == 0.0
+
+
+def test_fixed_camera_keeps_the_plan_whatever_is_believed() -> None:
+    fixed = replace(FOLLOW, follow_drift=False, follow_vh=False)
+    assert camera_command(fixed, believed(8.0, 0.03)) == camera_command(FOLLOW, NOTHING)
+
+
+def test_loops_are_closed_one_by_one() -> None:
+    only_drift = camera_command(replace(FOLLOW, follow_vh=False), believed(8.0, 0.03))
+    assert (only_drift.mount_yaw, only_drift.fmc_rate) == (math.radians(8.0), FOLLOW.planned_vh)
+    only_vh = camera_command(replace(FOLLOW, follow_drift=False), believed(8.0, 0.03))
+    assert (only_vh.mount_yaw, only_vh.fmc_rate) == (0.0, 0.03)
