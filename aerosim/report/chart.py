@@ -9,7 +9,7 @@ import numpy as np
 
 from aerosim.frames import Array
 from aerosim.report.plots import BAD, GOOD, STRIP, style
-from aerosim.report.source import Source
+from aerosim.report.source import Source, middle
 
 PATH = "#56B4E9"
 MAP_PX = 1800
@@ -92,7 +92,7 @@ def _furniture(ax: Any, source: Source, bounds: tuple[float, float, float, float
     _arrow(ax, 20.0, north, "N", "#000000")
     tel = source.telemetry
     if source.count(tel):
-        wind = np.array([np.nanmean(tel["wind_east_m_s"]), np.nanmean(tel["wind_north_m_s"])])
+        wind = np.array([middle(tel["wind_east_m_s"]), middle(tel["wind_north_m_s"])])
         speed = float(np.hypot(*wind))
         if speed >= 0.05:
             east = np.array([north[1], -north[0]])

@@ -74,6 +74,8 @@ def _shade(source: Source, axes: Sequence[Any]) -> None:
 def _limits(ax: Any, source: Source, *names: str, scale: float = 1.0, extra: Any = ()) -> None:
     """Range of y from what happens on the lines, and from extra values; a turn may leave it."""
     on = source.telemetry["line"] >= 0
+    if not on.any():
+        on = ~on
     values = [scale * np.asarray(source.telemetry[name][on], float) for name in names]
     known = np.concatenate([*values, np.asarray(extra, float)])
     known = known[np.isfinite(known)]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from aerosim.frames import Array
 from aerosim.raster import Window, sample
 from aerosim.report.chart import extent
-from aerosim.report.source import Source
+from aerosim.report.source import Source, middle
 
 TEXTURE_PX = 2048
 MESH_CELLS = 220
@@ -49,9 +49,9 @@ class Scene:
     def ground(self) -> float:
         """Height that is zero in the scene, m: the mean ground, or what the record says is below."""
         if self.window is not None:
-            return float(np.nanmean(self.window.values))
+            return middle(self.window.values)
         tel = self.source.telemetry
-        return float(np.nanmean(tel["height_m"] - tel["agl_m"])) if self.source.count(tel) else 0.0
+        return middle(tel["height_m"] - tel["agl_m"]) if self.source.count(tel) else 0.0
 
     def local(self, east: Any, north: Any, height: Any) -> NDArray[np.float32]:
         """Scene coordinates of map points, (n, 3).  m."""
@@ -148,11 +148,12 @@ def aircraft_mesh(span: float) -> dict[str, Any]:
 
 def quaternions(heading: Array, pitch: Array, roll: Array, convergence: float) -> Array:
     """Rotations of body axes in the scene (east, north, up): x, y, z, w.  Angles (n,), rad.  Returns (n, 4)."""
-    from scipy.spatial.transform import Rotation
-
-    to_scene = Rotation.from_matrix([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
-    angles = np.column_stack([np.asarray(heading) - convergence, pitch, roll])
-    return np.asarray((to_scene * Rotation.from_euler("ZYX", angles)).as_quat())
+    half = np.stack([np.asarray(heading) - convergence, pitch, roll]) / 2.0
+    (sh, sp, sr), (ch, cp, cr) = np.sin(half), np.cos(half)
+    w, x = ch * cp * cr + sh * sp * sr, ch * cp * sr - sh * sp * cr
+    y, z = ch * sp * cr + sh * cp * sr, sh * cp * cr - ch * sp * sr
+    # north-east-down to east-north-up: half a turn about the line between north and east
+    return np.asarray(np.column_stack([w + z, w - z, y - x, -x - y]) * np.sqrt(0.5))
 
 
 def upright(azimuth: Array) -> Array:
@@ -174,5 +175,5 @@ def camera_attitude(source: Source, keep: NDArray[np.int64]) -> tuple[Array, Arr
         return heading, 0.0 * pitch, 0.0 * roll
     if level == "static":
         on_line = tel["line"] >= 0
-        pitch = pitch - (np.radians(np.nanmean(tel["pitch_deg"][on_line])) if on_line.any() else 0.0)
+        pitch = pitch - np.radians(middle(tel["pitch_deg"][on_line]))
     return heading, pitch, roll

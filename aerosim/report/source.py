@@ -116,6 +116,12 @@ class Source:
         ]
 
 
+def middle(values: NDArray[Any], otherwise: float = 0.0) -> float:
+    """Median of the known values, or something else if there is none."""
+    known = values[np.isfinite(values)]
+    return float(np.median(known)) if len(known) else otherwise
+
+
 def _columns(path: Path, missing: list[str]) -> Columns:
     import pyarrow as pa
     import pyarrow.parquet as pq

@@ -27,7 +27,7 @@ from aerosim.report.scene import (
     subdivided,
     upright,
 )
-from aerosim.report.source import Source, open_source
+from aerosim.report.source import Source, middle, open_source
 
 TIMELINE = "sim_time"
 SERIES_PERIOD = 0.1
@@ -92,7 +92,7 @@ def _log_flight(rec: rr.RecordingStream, scene: Scene) -> None:
         # c has x to the front edge and y to the right: in the picture, right is y and down is -x
         rr.Pinhole(
             width=across, height=along, focal_length=optics.focal_mm, camera_xyz=rr.ViewCoordinates.URF,
-            image_plane_distance=0.98 * float(np.nanmedian(tel["agl_m"])), color=CAMERA_RGB, line_width=-1.5,
+            image_plane_distance=0.98 * middle(tel["agl_m"], 3000.0), color=CAMERA_RGB, line_width=-1.5,
         ))  # fmt: skip
 
 
@@ -203,7 +203,7 @@ def _scene_view(scene: Scene, name: str, chase: bool) -> rrb.Spatial3DView:
         origin, target, eye = "/world/chase", np.array([0.0, 0.0, -900.0]), np.array([-7500.0, -3500.0, 3800.0])
     else:
         heights = scene.source.path_g[:, 2]
-        up = 0.4 * (float(np.nanmean(heights)) - scene.ground) if len(heights) else 0.0
+        up = 0.4 * (middle(heights, scene.ground) - scene.ground)
         origin, target = "/world", np.array([0.0, 0.0, up])
         # from the side of the long edge, so that the lines lie across the view
         wide = scene.bounds[2] - scene.bounds[0] >= scene.bounds[3] - scene.bounds[1]

@@ -10,12 +10,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from pyproj import Geod
 from rerun.chunk import RrdReader
 
 from aerosim.errors import InputError
+from aerosim.report.page import write_report
 from aerosim.report.scene import Scene, aircraft_mesh, camera_attitude, land_mesh, quaternions, upright
 from aerosim.report.source import open_source
 from aerosim.report.view import write_rrd
@@ -120,6 +122,23 @@ def test_short_and_empty_runs(fresh_run: Callable[[], Path], rows: int) -> None:
     assert "/mad/surface" not in found
     assert ("/plots/drift/true" in found) == (rows > 1)
     assert rerun("rrd", "verify", run / "run.rrd").returncode == 0
+
+
+def test_a_run_that_never_reached_its_line_nor_knew_the_ground(fresh_run: Callable[[], Path]) -> None:
+    run = fresh_run()
+    table = pq.read_table(run / "telemetry.parquet").slice(0, 300)
+    for name, value in {"line": -1, "agl_m": None, "vh_true_per_s": None, "crab_est_deg": None}.items():
+        column = pa.array([value] * table.num_rows, table.schema.field(name).type)
+        table = table.set_column(table.column_names.index(name), name, column)
+    pq.write_table(table, run / "telemetry.parquet")
+    (run / "elevation.tif").unlink()
+    for name in ("matches", "photos", "rows", "mad"):
+        pq.write_table(pq.read_table(run / f"{name}.parquet").slice(0, 0), run / f"{name}.parquet")
+    found = chunks(write_rrd(run))
+    assert "/plots/drift/true" in found
+    assert "/plots/crab/estimated" not in found
+    # the drift of the run-in is drawn although no line was flown
+    assert write_report(run).read_text(encoding="utf-8").count("<svg") == 2
 
 
 def test_a_run_without_signals_or_land(fresh_run: Callable[[], Path]) -> None:
