@@ -35,11 +35,25 @@ class RowParameters(NamedTuple):
 class Spot(Protocol):
     """The ground around the camera, as `world.ground.Spot` has it."""
 
-    grid: Array
-    ortho: Grey
-    ortho_place: Array
-    relief: Grey
-    relief_place: Array
+    @property
+    def grid(self) -> Array:
+        """Easting, northing and the map's Jacobian, (6,)."""
+
+    @property
+    def ortho(self) -> Grey:
+        """Grey values of the orthophoto's window."""
+
+    @property
+    def ortho_place(self) -> Array:
+        """Easting and northing of its first cell and its steps, (4,), m."""
+
+    @property
+    def relief(self) -> Grey:
+        """Ellipsoidal heights of the elevation's window, m."""
+
+    @property
+    def relief_place(self) -> Array:
+        """Easting and northing of its first cell and its steps, (4,), m."""
 
 
 class CcdRows:
@@ -58,7 +72,8 @@ class CcdRows:
         self._light = np.nan
         self._number = 0
         # the widest ray, and 15 deg of attitude on top: what the ground must cover, per metre above it
-        half_view = np.hypot(self._sizes[0] / 2.0 + 2.0, par.spacing_px / 2.0 + 2.0) / par.focal_px
+        wide, long = self._sizes[0] + par.smear_across_px, par.spacing_px + par.smear_along_px
+        half_view = np.hypot(wide / 2.0 + 2.0, long / 2.0 + 2.0) / par.focal_px
         self._reach = float(np.tan(np.arctan(half_view) + np.radians(15.0)))
         self._height = start_height
         self._optics = np.array([par.focal_px, par.smear_along_px, par.smear_across_px, self._exposure])
@@ -100,8 +115,8 @@ class CcdRows:
 
     def _read(self, grey: Grey, noise: Grey, ahead: float, pose: CameraPose, spot: Spot) -> int:
         height, light, missing = expose_row(
-            grey, noise, ahead, self._optics, self._converter, pose.height,
-            pose.mat_nc, pose.vel_n, pose.omega_nc_c, spot.grid, spot.ortho, spot.ortho_place, spot.relief, spot.relief_place, self._height,
+            grey, noise, ahead, self._optics, self._converter, pose.height, pose.mat_nc, pose.vel_n,
+            pose.omega_nc_c, spot.grid, spot.ortho, spot.ortho_place, spot.relief, spot.relief_place, self._height,
         )  # fmt: skip
         if missing == 0 and ahead < 0.0:
             self._height, self._light = height, light

@@ -11,6 +11,7 @@ from aerosim.signals import Grey
 EARTH_RADIUS = 6_371_000.0
 STEPS = 12
 LEVEL = 0.5  # m; the height found is then carried into the ray once more, which leaves centimetres
+FURTHEST = 0.75  # px; samples of the blur lie no further apart
 FAST = {"contract", "nsz", "arcp"}
 
 
@@ -27,17 +28,19 @@ def _between(values: Grey, row: float, col: float) -> float:  # pragma: no cover
 
 
 @njit(cache=True)
-def index_map(grid: Array, place: Array) -> tuple[float, ...]:  # pragma: no cover - compiled
+def index_map(grid: Array, place: Array, ground: float) -> tuple[float, ...]:  # pragma: no cover - compiled
     """Row and column of a window as affine functions of metres north and east of the camera.
 
     grid: easting, northing of the camera and the map's Jacobian, (6,), as `LocalMap` returns them.
     place: easting and northing of the window's first cell and its two steps, (4,), m.
+    ground: height of the ground, m; a metre up there is less on the ellipsoid.
     Returns row0, row per north, row per east, col0, col per north, col per east.
     """
     x0, y0, dx, dy = place[0], place[1], place[2], place[3]
+    metre = EARTH_RADIUS / (EARTH_RADIUS + ground)
     return (
-        (grid[1] - y0) / dy, grid[4] / dy, grid[5] / dy,
-        (grid[0] - x0) / dx, grid[2] / dx, grid[3] / dx,
+        (grid[1] - y0) / dy, metre * grid[4] / dy, metre * grid[5] / dy,
+        (grid[0] - x0) / dx, metre * grid[2] / dx, metre * grid[3] / dx,
     )  # fmt: skip
 
 
@@ -75,14 +78,17 @@ def relief_depth(
 
 
 @njit(cache=True)
-def spread(smear: float, motion: float, cell: float) -> float:  # pragma: no cover - compiled
-    """Half distance of two samples that blur like a pixel's box, its smear and its motion together.
+def spread(smear: float, motion: float, cell: float) -> tuple[int, float]:  # pragma: no cover - compiled
+    """Number of samples in a line, and their step (px), that blur like a pixel's box, its smear and its motion.
 
-    smear, motion: widths of their boxes, cell: of the raster's, px.  The two-point rule (-a, a) has the second
-    moment of the three boxes, less what the raster brings along (a cell's box and the bilinear hat: cell^2/4);
-    with cells of half a pixel its response stays within 0.11 of the exact one at all wavelengths.
+    smear, motion: widths of their boxes, cell: of the raster's, px.  Equal samples have the second moment of the
+    three boxes, less what the raster brings along (a cell's box and the bilinear hat: cell^2/4).  On cells of
+    half a pixel two do for a pixel smeared by another one: their response stays within 0.13 of the exact one at
+    all wavelengths, and within 0.01 above 3 px; other widths, with more samples, stay within 0.25.
     """
-    return float(np.sqrt(max((1.0 + smear * smear + motion * motion) / 12.0 - cell * cell / 4.0, 0.0)))
+    moment = max((1.0 + smear * smear + motion * motion) / 12.0 - cell * cell / 4.0, 0.0)
+    count = max(int(np.ceil(np.sqrt(12.0 * moment / FURTHEST**2 + 1.0))), 2)
+    return count, float(np.sqrt(12.0 * moment / (count * count - 1.0)))
 
 
 @njit(cache=True, fastmath=FAST)
@@ -114,8 +120,8 @@ def expose_row(
     pixels = grey.shape[0]
     focal, smear_along, smear_across, exposure = optics[0], optics[1], optics[2], optics[3]
     m = mat_nc
-    on_relief, on_ortho = index_map(grid, relief_place), index_map(grid, ortho_place)
-    along, across = _blur(
+    on_relief, on_ortho = index_map(grid, relief_place, guess), index_map(grid, ortho_place, guess)
+    (along, step_x), (across, step_y) = _blur(
         ahead, focal, smear_along, smear_across, exposure, height - guess, m, vel_n, omega, ortho_place
     )
     total_h, total_light, missing, h = 0.0, 0.0, 0, guess
@@ -128,21 +134,21 @@ def expose_row(
         light = np.nan
         if not np.isnan(s):
             h = found
-            # ground vectors from the pixel's centre to the samples: along x and y of c, on the level plane
+            # ground vectors from sample to sample: along x and y of c, on the level plane
             k0, k1 = d0 / d2, d1 / d2
-            xn, xe = s * along * (m[0, 0] - m[2, 0] * k0), s * along * (m[1, 0] - m[2, 0] * k1)
-            yn, ye = s * across * (m[0, 1] - m[2, 1] * k0), s * across * (m[1, 1] - m[2, 1] * k1)
-            n, e = s * d0, s * d1
+            xn, xe = s * step_x * (m[0, 0] - m[2, 0] * k0), s * step_x * (m[1, 0] - m[2, 0] * k1)
+            yn, ye = s * step_y * (m[0, 1] - m[2, 1] * k0), s * step_y * (m[1, 1] - m[2, 1] * k1)
+            n = s * d0 - (along - 1) / 2.0 * xn - (across - 1) / 2.0 * yn
+            e = s * d1 - (along - 1) / 2.0 * xe - (across - 1) / 2.0 * ye
             row = on_ortho[0] + on_ortho[1] * n + on_ortho[2] * e
             col = on_ortho[3] + on_ortho[4] * n + on_ortho[5] * e
             xr, xc = on_ortho[1] * xn + on_ortho[2] * xe, on_ortho[4] * xn + on_ortho[5] * xe
             yr, yc = on_ortho[1] * yn + on_ortho[2] * ye, on_ortho[4] * yn + on_ortho[5] * ye
-            light = 0.25 * (
-                _between(ortho, row + xr + yr, col + xc + yc)
-                + _between(ortho, row + xr - yr, col + xc - yc)
-                + _between(ortho, row - xr + yr, col - xc + yc)
-                + _between(ortho, row - xr - yr, col - xc - yc)
-            )
+            light = 0.0
+            for j in range(along):
+                for k in range(across):
+                    light += _between(ortho, row + j * xr + k * yr, col + j * xc + k * yc)
+            light /= along * across
         if np.isnan(light):
             missing += 1
             grey[i] = 0.0
@@ -169,8 +175,8 @@ def _blur(
     vel_n: Array,
     omega: Array,
     place: Array,
-) -> tuple[float, float]:  # pragma: no cover - compiled
-    """Half distances of the samples along x and y of c, px, for the middle pixel of a row.
+) -> tuple[tuple[int, float], tuple[int, float]]:  # pragma: no cover - compiled
+    """Samples along x and y of c: number and step (px), for the middle pixel of a row.
 
     The footprint moves over the ground by the camera's path and by its rotation; above: height over ground, m.
     """
