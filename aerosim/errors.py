@@ -37,3 +37,12 @@ class RunFailure(Exception):  # noqa: N818  (it is the run's end, recorded as su
     """
 
     path: Path | None = None
+
+
+class Interrupted(KeyboardInterrupt):
+    """Ctrl-C in flight (exit 130).
+
+    path: the directory that holds the record up to there, None if there is none.
+    """
+
+    path: Path | None = None

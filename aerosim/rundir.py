@@ -7,16 +7,22 @@ import logging
 import os
 import platform
 import shutil
+from collections.abc import Callable
 from importlib import metadata
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from aerosim.errors import InputError, RunFailure
+from aerosim.errors import InputError, Interrupted, RunFailure
 from aerosim.record import Record, Run, arrow_table, file_sha256, plain
+
+if TYPE_CHECKING:
+    from aerosim.scenario import Scenario
 
 PACKAGES = ("jsbsim", "numpy", "numba", "scipy", "pyarrow", "rasterio", "pyproj", "pydantic", "rerun-sdk")
 LAST_WORDS = 1 << 18  # bytes kept for summary and manifest of a run whose disk is full
 log = logging.getLogger("aerosim")
+
+Draw = Callable[["Scenario", Path], None]
 
 
 class Staging:
@@ -89,30 +95,43 @@ class Staging:
             handler.close()
 
 
-def write_run(record: Record, staging: Staging) -> Run:
+def write_run(record: Record, staging: Staging, draw: Draw) -> Run:
     """Write all files of a run and move it into place.
 
-    A disk that fills up ends in a directory with as much as there was room for, marked failed.
-    Raises RunFailure (its `path` is the directory) unless the record's status is done.
+    draw: adds report and viewer file to a directory that holds the tables.  A disk that fills up ends in a
+    directory with as much as there was room for, marked failed; Ctrl-C likewise, marked interrupted.
+    Raises RunFailure or Interrupted (their `path` is the directory) unless the record's status is done; whatever
+    else goes wrong leaves nothing behind.
     """
+    try:
+        _write(record, staging, draw)
+        path = staging.commit(record.status == "done")
+    except BaseException:
+        staging.discard()
+        raise
+    if record.status == "done":
+        return Run(path)
+    end = Interrupted(record.reason) if record.status == "interrupted" else RunFailure(record.reason)
+    end.path = path
+    raise end
+
+
+def _write(record: Record, staging: Staging, draw: Draw) -> None:
     staging.release("room")
     try:
         _write_tables(record, staging.path)
-        _write_pictures(record, staging.path)
+        draw(record.scenario, staging.path)
         staging.release("last")
         _write_words(record, staging.path)
+        return
     except (OSError, RunFailure) as error:
         record.status, record.reason = "failed", f"the record could not be written: {error}"
-        log.error(record.reason)
-        _drop_unfinished(staging.path)
-        staging.release("last")
-        _write_words(record, staging.path)
-    path = staging.commit(record.status == "done")
-    if record.status == "failed":
-        failure = RunFailure(record.reason)
-        failure.path = path
-        raise failure
-    return Run(path)
+    except KeyboardInterrupt:
+        record.status, record.reason = "interrupted", "interrupted by the user while the record was written"
+    staging.release("last")
+    log.error(record.reason)
+    _drop_unfinished(staging.path)
+    _write_words(record, staging.path)
 
 
 def _write_tables(record: Record, path: Path) -> None:
@@ -131,17 +150,6 @@ def _write_tables(record: Record, path: Path) -> None:
     _write_json(path / "summary.json", record.summary)
 
 
-def _write_pictures(record: Record, path: Path) -> None:
-    if record.scenario.record.report:
-        from aerosim.report.page import write_report
-
-        write_report(path)
-    if record.scenario.record.rrd:
-        from aerosim.report.view import write_rrd
-
-        write_rrd(path)
-
-
 def _write_words(record: Record, path: Path) -> None:
     summary = record.summary | {"status": record.status}
     if record.reason:
@@ -152,10 +160,10 @@ def _write_words(record: Record, path: Path) -> None:
 
 
 def _drop_unfinished(path: Path) -> None:
-    for name in ("run.rrd", "report.html"):
-        (path / name).unlink(missing_ok=True)
-    for part in path.glob("*.part"):
-        part.unlink()
+    """Remove what was being written: parts, and pictures, which are of a run that was still well."""
+    for file in list(path.iterdir()):
+        if file.name in ("run.rrd", "report.html") or file.name.startswith(".") or file.suffix == ".part":
+            file.unlink()
 
 
 def _write_json(file: Path, content: dict[str, Any]) -> None:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import logging
+import sys
 import time
 from collections.abc import Callable
-from itertools import count
 from pathlib import Path
+from types import ModuleType
 from typing import NamedTuple
 
 import numpy as np
@@ -23,11 +25,13 @@ from aerosim.rundir import Staging, write_run
 from aerosim.scenario import Scenario
 from aerosim.scenario.build import Mission, aircraft_folder, build, camera_of
 from aerosim.sensing import oracle
+from aerosim.signals import Reason
 from aerosim.world.ground import below
+
+journal = logging.getLogger("aerosim")
 
 ROOM = 32_000_000  # bytes: an hour's tables
 SURVEYING = (Phase.RUN_IN, Phase.LINE)
-WATCH_EVERY = 256  # steps
 LONGEST = 1.5  # times the planned duration; a flight that takes longer does not find its lines
 
 Progress = Callable[[float, float], None]
@@ -63,12 +67,15 @@ def fly(m: Mission, log: Recorder, progress: Progress | None = None) -> Flown:
 def _loop(m: Mission, log: Recorder, progress: Progress | None) -> None:
     flight, mount, rows, camera = m.flight, m.mount, m.rows, m.camera
     recogniser, estimator = m.recogniser, m.estimator
-    surveying, yaw_read, estimate = False, 0.0, estimator.now()
+    surveying, yaw_read, step = False, 0.0, 0
+    estimate = estimator.now()
     command = camera_command(m.control, estimate)
-    for step in count():
+    while True:
+        # one instant at which a device has its turn
         t = step * m.dt
-        air, line = m.air.at(step), flight.line
+        air, line, aircraft = m.air.at(step), flight.line, flight.state()
         sees, records = step % m.rows_every == 0, step % m.record_every == 0
+        until = min(m.rows_every - step % m.rows_every, m.record_every - step % m.record_every)
 
         if (flight.phase in SURVEYING) != surveying:  # the crew switches the camera system on and off
             surveying = not surveying
@@ -76,9 +83,6 @@ def _loop(m: Mission, log: Recorder, progress: Progress | None) -> None:
                 log.strip(match, estimator.add(match))
             estimator.begin_line()
 
-        exposes = camera.step(t, line, command)
-        if sees or records or exposes:
-            aircraft = flight.state()._replace(t=t)
         if sees or records:
             spot = m.ground.around(aircraft.lat, aircraft.lon, rows.reach(aircraft.height))
             under = below(spot, aircraft.heading, *m.footprint)
@@ -88,9 +92,7 @@ def _loop(m: Mission, log: Recorder, progress: Progress | None) -> None:
                 rows.new_cycle()
             exposure = rows.expose(mount.pose(aircraft, turned=m.rows_turn), spot, opens or log.keeps_signals)
             if exposure.missing and line >= 0 and m.outside_fails:
-                raise RunFailure(
-                    f"line {line} left the terrain at {t:.1f} s ({exposure.missing} pixels are blind)"
-                )
+                raise RunFailure(f"line {line} left the terrain at {t:.1f} s ({exposure.missing} pixels are blind)")
             reading = mount.read(t)
             for match in recogniser.add(exposure, reading):
                 log.strip(match, estimator.add(match))
@@ -100,18 +102,22 @@ def _loop(m: Mission, log: Recorder, progress: Progress | None) -> None:
             estimate = estimator.now()
             told = oracle.tell(aircraft, under.footprint) if m.told_truth else estimate
             command = camera_command(m.control, told)
-        if exposes:
+            camera.step(t, line, command, until * m.dt)
+        if camera.due(t):
             log.shot(camera.expose(aircraft, mount))
         if records:
             log.sample(aircraft, air, mount.yaw, yaw_read, estimate, under, line, flight.cross_track)
-            if flight.done:
-                break
+        if flight.done:
+            return
 
-        mount.step(command.mount_yaw if surveying else 0.0)
+        # the world moves on to the next such instant
+        steps = max(1, min(until, camera.steps_to_next(t)))
+        mount.advance(command.mount_yaw if surveying else 0.0, steps)
         before = time.perf_counter()
-        flight.step(air)
+        flight.advance(m.air.span(step, steps))
         log.fdm_wall += time.perf_counter() - before
-        if step % WATCH_EVERY == 0:
+        step += steps
+        if sees:
             _watch(t, m.duration, progress)
 
 
@@ -130,8 +136,15 @@ def simulate(scenario: Scenario, progress: Progress | None = None) -> Record:
     up to there, with its status and reason.
     """
     mission = build(scenario)
+    plan = mission.flight.plan
+    journal.info("%s, seed %d, mode %s", scenario.name, scenario.seed, scenario.control.mode)
+    journal.info("terrain %s", mission.terrain.orthophoto_file.path)
+    journal.info("%d lines at %.0f m, planned %.0f s", len(plan.lines), plan.height, mission.duration)
     log = Recorder(keep_signals=scenario.record.rrd)
     flown = fly(mission, log, progress)
+    journal.info("%s after %.1f s flown in %.2f s %s", flown.status, flown.duration, flown.wall, flown.reason)
+    accepted = sum(match.reason is Reason.ACCEPTED for match, _ in log.strips)
+    journal.info("%d of %d strips accepted, %d photos", accepted, len(log.strips), len(log.shots))
     return tables(scenario, mission, log, flown)
 
 
@@ -188,12 +201,30 @@ def run(
     staging = Staging(out, overwrite, ROOM)
     try:
         record = simulate(scenario, progress)
-        done = write_run(record, staging)
-    except RunFailure:
-        raise
     except BaseException:
         staging.discard()
         raise
-    if record.status == "interrupted":
-        raise KeyboardInterrupt
-    return done
+    return write_run(record, staging, _draw)
+
+
+def _draw(scenario: Scenario, path: Path) -> None:
+    """What is drawn of a run: report.html and run.rrd, as far as the scenario wants them."""
+    if scenario.record.report:
+        from aerosim.report.page import write_report
+
+        write_report(path)
+    if scenario.record.rrd:
+        from aerosim.report.view import write_rrd
+
+        write_rrd(path)
+
+
+class _Callable(ModuleType):
+    """The import system binds this module to `aerosim.simulate`, the name of the public function: it is both."""
+
+    def __call__(self, scenario: Scenario, progress: Progress | None = None) -> Record:
+        """The same as the function `simulate`."""
+        return simulate(scenario, progress)
+
+
+sys.modules[__name__].__class__ = _Callable
