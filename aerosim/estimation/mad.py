@@ -179,7 +179,7 @@ def refine(surface: NDArray[np.float32], trough: Trough, steps_per_px: float) ->
     itself a cone.  The patch is 3 shifts by the exposures within 0.65 px of ground motion: fewer follow the
     noise, more leave the parabola.  On fractal ground of contrast 25 grey levels, 96 pixels, the error is 0.06 to
     0.07 px rms in mu and in n (as ground motion), with noise of 1.5 grey levels as without, from 2 to 13 exposures
-    a pixel.  Whole numbers are off by 0.29 px in mu.
+    a pixel; halfway to the next pixel mu is drawn to the nearer one by 0.1 px.  Whole numbers are off by 0.29 px.
     A place at the rim, or a fit without a minimum in its patch, leaves the whole numbers.
     """
     half = max(1, round(PATCH_PX * steps_per_px))

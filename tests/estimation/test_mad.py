@@ -133,9 +133,9 @@ def test_known_whole_shift_of_a_texture(n: float, mu: float) -> None:
 def test_fraction_is_found_in_sign_and_size(steps_per_px: float, noise: float, bound: float) -> None:
     """0.11 to 0.16 deg of drift in the study is 0.08 to 0.11 px.
 
-    Measured on 150 grounds: 0.058 to 0.067 px in mu, 0.061 to 0.072 px in n.  The rms of 60 has a relative standard
-    deviation of 9 %: the bound is 3 of them above.  Whole numbers, off by 1/sqrt(12) = 0.29 px, and a wrong sign
-    miss it.
+    Measured on 150 grounds: 0.058 to 0.067 px in mu, 0.061 to 0.072 px in n.  The rms of 60 has a relative
+    standard deviation of 9 %: the bound is 3 of them above.  Whole numbers, off by 1/sqrt(12) = 0.29 px, and a
+    wrong sign miss it.
     """
     rng = np.random.default_rng(11)
     errors = []
