@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import os
 import platform
+from collections import Counter
 from collections.abc import Callable, Iterator
 from html import escape
 from importlib import metadata
@@ -115,6 +116,12 @@ def _figure(content: str, title: str, caption: str) -> str:
     return f"<h2>{escape(title)}</h2><figure>{content}<figcaption>{escape(caption)}</figcaption></figure>"
 
 
+def _verdicts(source: Source) -> str:
+    """How many photos got which verdict."""
+    counts = Counter(str(verdict) for verdict in source.photos.get("verdict", ()))
+    return ", ".join(f"{name} {count}" for name, count in counts.most_common()) or "none"
+
+
 def _plots(source: Source) -> Iterator[str]:
     """The four time plots, or what is missing for one."""
     from aerosim.metrics.photos import PERIOD_PRACTICE
@@ -138,7 +145,7 @@ def _plots(source: Source) -> Iterator[str]:
         (
             "Photos",
             f"End lap with the photo before; tolerance {tolerance:g} % to either side of the wanted one. "
-            "Tilt of the optical axis; blur in picture pixels.",
+            f"Tilt of the optical axis; blur in picture pixels. Verdicts: {_verdicts(source)}.",
             flown and source.count(source.photos) > 0,
             lambda: plots.photos(source, tolerance),
         ),

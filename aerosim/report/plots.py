@@ -171,7 +171,8 @@ def photos(source: Source, tolerance_pct: float) -> str:
             ax.plot(t, value, "o", ms=3.5, color=ESTIMATE)
             ax.plot(t[bad], value[bad], "o", ms=8, mfc="none", mec=BAD, mew=1.4)
             ax.set_ylabel(label)
-            ax.set_ylim(bottom=0.0)
+            known = value[np.isfinite(value)]
+            ax.set_ylim(0.0, 1.15 * max(float(known.max(initial=0.0)), 0.1))
         _shade(source, axes)
         _legend(axes[0], 4)
         return to_svg(figure)

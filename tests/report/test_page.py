@@ -147,6 +147,8 @@ def test_four_plots_and_a_map(html: str, run_dir: Path) -> None:
         "time [s]",
     ):
         assert label in page.text
+    verdicts = pq.read_table(run_dir / "photos.parquet")["verdict"].to_pylist()
+    assert f"ok {verdicts.count('ok')}, end_lap {verdicts.count('end_lap')}." in page.text
     for reason in ("accepted", "border_mu", "ambiguous", "degenerate", "timeout"):
         count = pq.read_table(run_dir / "matches.parquet")["reason"].to_pylist().count(reason)
         assert count
