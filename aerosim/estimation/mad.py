@@ -179,7 +179,7 @@ def refine(surface: NDArray[np.float32], trough: Trough, steps_per_px: float) ->
     itself a cone.  The patch is 3 shifts by the exposures within 0.65 px of ground motion: fewer follow the
     noise, more leave the parabola.  On fractal ground of contrast 25 grey levels, 96 pixels, the error is 0.06 to
     0.08 px rms in mu and in n (as ground motion), with noise of 1.5 grey levels as without, from 2 to 13 exposures
-    a pixel; most of it is a pull of mu to the nearest whole pixel, at most 0.07 px.  Whole numbers are off by 0.29.
+    a pixel; most of it is a pull of mu to the nearest whole pixel, at most 0.07 px.  Whole numbers: 0.29 px.
     A place at the rim, or a fit whose minimum lies beyond its patch, leaves the whole numbers.
     """
     half = max(1, round(PATCH_PX * steps_per_px))
@@ -193,9 +193,11 @@ def refine(surface: NDArray[np.float32], trough: Trough, steps_per_px: float) ->
         return trough
     d_step = (hsk * gk - 2.0 * hkk * gs) / det
     d_mu = (hsk * gs - 2.0 * hss * gk) / det
-    if abs(d_step) > half + 1 or abs(d_mu) > 1.0:  # half may be a single exposure
+    found = trough.step + d_step
+    # half may be a single exposure, so one more is allowed; but nothing outside of what was seen
+    if abs(d_step) > half + 1 or abs(d_mu) > 1.0 or not 0.0 <= found <= len(surface) - 1:
         return trough
-    return trough._replace(step=trough.step + d_step, mu=trough.mu + d_mu)
+    return trough._replace(step=found, mu=trough.mu + d_mu)
 
 
 @cache

@@ -134,8 +134,8 @@ def test_fraction_is_found_in_sign_and_size(steps_per_px: float, noise: float, b
     """0.11 to 0.16 deg of drift in the study is 0.08 to 0.11 px.
 
     Measured on 150 grounds: 0.058 to 0.070 px in mu, 0.058 to 0.080 px in n.  The rms of 60 has a relative
-    standard deviation of 9 %: the bound is 2 to 3 of them above.  Whole numbers, off by 1/sqrt(12) = 0.29 px, and a
-    wrong sign miss it.
+    standard deviation of 9 %: the bound is 2 to 3 of them above.  Whole numbers, off by 1/sqrt(12) = 0.29 px,
+    and a wrong sign miss it.
     """
     rng = np.random.default_rng(11)
     errors = []
