@@ -15,13 +15,15 @@ from aerosim.report.source import Source, middle
 
 TEXTURE_PX = 2048
 MESH_CELLS = 220
+# The viewer clips at 0.01 units: in metres its depth buffer could not tell a line from the land below it
+KM = 1e-3
 POSE_PERIOD = 0.2
 PATH_RGB, LINE_RGB = (86, 180, 233), (20, 20, 20)
 SHOT_RGB, SEEN_RGB, CAMERA_RGB = (255, 140, 0), (255, 255, 255), (255, 214, 0)
 
 
 class Scene:
-    """Coordinates for the viewer's 32-bit floats: grid east, north, up in m from a point on the mean ground."""
+    """Coordinates for the viewer: grid east, north, up in km from a point on the mean ground."""
 
     def __init__(self, source: Source) -> None:
         """Looks at nothing yet; the land is read when asked for."""
@@ -54,16 +56,17 @@ class Scene:
         return middle(tel["height_m"] - tel["agl_m"]) if self.source.count(tel) else 0.0
 
     def local(self, east: Any, north: Any, height: Any) -> NDArray[np.float32]:
-        """Scene coordinates of map points, (n, 3).  m."""
-        return np.column_stack(
+        """Scene coordinates (km) of map points (m), (n, 3)."""
+        metres = np.column_stack(
             [
                 np.asarray(east) - self.centre[0],
                 np.asarray(north) - self.centre[1],
                 np.asarray(height) - self.ground,
             ]
-        ).astype(np.float32)
+        )
+        return np.asarray(KM * metres, np.float32)
 
-    def draped(self, points: Array, above: float = 80.0) -> NDArray[np.float32]:
+    def draped(self, points: Array, above: float = 60.0) -> NDArray[np.float32]:
         """Points (n, 2), m, laid on the ground, a little above it; on the mean ground where there is none."""
         height = np.full(len(points), self.ground)
         if self.window is not None:
@@ -124,7 +127,7 @@ def _triangles(rows: int, cols: int, known: NDArray[np.bool_]) -> NDArray[np.uin
 
 
 def aircraft_mesh(span: float) -> dict[str, Any]:
-    """A twin seen from afar, in body axes (x forward, y right, z down).  span: m."""
+    """A twin seen from afar, in body axes (x forward, y right, z down).  span: in the scene's unit."""
     half = span / 2.0
     wing, body, fin = (230, 80, 20), (250, 250, 250), (200, 60, 10)
     plates: list[tuple[list[tuple[float, float, float]], tuple[int, int, int]]] = [

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from aerosim.report.rowview import LABEL_RGB, fixed, log_rows, log_surfaces, mad_view, rows_view
 from aerosim.report.scene import (
     CAMERA_RGB,
+    KM,
     LINE_RGB,
     PATH_RGB,
     POSE_PERIOD,
@@ -76,7 +77,7 @@ def _log_flight(rec: rr.RecordingStream, scene: Scene) -> None:
     place, turn = scene.local(*source.path_g[keep].T), scene.convergence
     angles = [np.radians(tel[name])[keep] for name in ("heading_deg", "pitch_deg", "roll_deg")]
     aircraft = quaternions(angles[0], angles[1], angles[2], turn)
-    fixed(rec, "world/aircraft", rr.Mesh3D(**aircraft_mesh(float(np.clip(scene.size / 22.0, 150, 1400)))))
+    fixed(rec, "world/aircraft", rr.Mesh3D(**aircraft_mesh(KM * float(np.clip(scene.size / 22.0, 150, 1400)))))
     camera = quaternions(*camera_attitude(source, keep), turn)
     # a frame that goes with the aircraft and stays level: where the second view looks from
     chase = upright(np.radians(tel["track_deg"])[keep] - turn)
@@ -92,7 +93,7 @@ def _log_flight(rec: rr.RecordingStream, scene: Scene) -> None:
         # c has x to the front edge and y to the right: in the picture, right is y and down is -x
         rr.Pinhole(
             width=across, height=along, focal_length=optics.focal_mm, camera_xyz=rr.ViewCoordinates.URF,
-            image_plane_distance=0.98 * middle(tel["agl_m"], 3000.0), color=CAMERA_RGB, line_width=-1.5,
+            image_plane_distance=0.98 * KM * middle(tel["agl_m"], 3000.0), color=CAMERA_RGB, line_width=-1.5,
         ))  # fmt: skip
 
 
@@ -200,14 +201,14 @@ def _series_views(source: Source, found: set[str]) -> list[Any]:
 def _scene_view(scene: Scene, name: str, chase: bool) -> rrb.Spatial3DView:
     """The whole flight from one side, or the aircraft from behind, turning with it."""
     if chase:
-        origin, target, eye = "/world/chase", np.array([0.0, 0.0, -900.0]), np.array([-7500.0, -3500.0, 3800.0])
+        origin, target, eye = "/world/chase", np.array([0.0, 0.0, -0.9]), np.array([-7.5, -3.5, 3.8])
     else:
         heights = scene.source.path_g[:, 2]
-        up = 0.4 * (middle(heights, scene.ground) - scene.ground)
+        up = 0.4 * KM * (middle(heights, scene.ground) - scene.ground)
         origin, target = "/world", np.array([0.0, 0.0, up])
         # from the side of the long edge, so that the lines lie across the view
         wide = scene.bounds[2] - scene.bounds[0] >= scene.bounds[3] - scene.bounds[1]
-        eye = target + scene.size * np.array([0.0, -0.50, 0.33] if wide else [-0.50, 0.0, 0.33])
+        eye = target + KM * scene.size * np.array([0.0, -0.50, 0.33] if wide else [-0.50, 0.0, 0.33])
     up_to_now = rrb.VisibleTimeRanges(
         timeline=TIMELINE,
         start=rrb.TimeRangeBoundary.infinite(),

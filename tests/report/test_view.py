@@ -210,7 +210,7 @@ def test_land_carries_the_picture_where_it_belongs(run_dir: Path) -> None:
     source = open_source(run_dir)
     scene = Scene(source)
     mesh = land_mesh(scene)
-    uv, points = mesh["vertex_texcoords"], mesh["vertex_positions"].astype(float)
+    uv, points = mesh["vertex_texcoords"], 1e3 * mesh["vertex_positions"].astype(float)
     assert mesh["triangle_indices"].max() < len(points)
     assert uv.min() >= -1e-3
     assert uv.max() <= 1.0 + 1e-3
