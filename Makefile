@@ -9,7 +9,7 @@ SOURCES := pyproject.toml README.md $(shell find aerosim aircraft terrain scenar
 .PHONY: demo test test-slow lint bench docs clean
 
 demo: $(VENV)/installed
-	$(BIN)/python -m aerosim run crosswind --out runs/demo --overwrite
+	$(BIN)/aerosim run crosswind --out runs/demo --overwrite
 	@echo
 	@echo "The run is in runs/demo.  Look at it:"
 	@echo "  the report, in any browser    runs/demo/report.html"

@@ -99,7 +99,7 @@ class WindowedRaster:
         return self._reread(e_min, n_min, e_max, n_max)
 
     def _grown(self, low: float, high: float, extent: Array) -> tuple[float, float]:
-        """A stretch as long as the window that holds low to high: on the raster as far as it can, else around them."""
+        """A stretch as long as the window that holds low to high: on the raster if it can, else around them."""
         half = max(self._side, high - low) / 2.0
         middle = (low + high) / 2.0
         first, last = extent[0] + half, extent[1] - half

@@ -16,7 +16,8 @@ from aerosim.world.ground import Below
 Columns = dict[str, NDArray[Any]]
 BLOCK = 4096
 RAW = (
-    "t", "lat", "lon", "height", "v_north", "v_east", "v_down", "roll", "pitch", "heading", "p", "q", "r", "airspeed",
+    "t", "lat", "lon", "height", "v_north", "v_east", "v_down", "roll", "pitch", "heading",
+    "p", "q", "r", "airspeed",
     "wind_north", "wind_east", "wind_down", "gust_u", "gust_v", "gust_w", "gust_p", "gust_q", "gust_r",
     "mount_yaw", "drift_est", "vh_est", "yaw_read", "nadir", "footprint", "strip", "line", "cross_track",
 )  # fmt: skip

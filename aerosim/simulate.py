@@ -32,6 +32,7 @@ journal = logging.getLogger("aerosim")
 
 ROOM = 32_000_000  # bytes: an hour's tables
 SURVEYING = (Phase.RUN_IN, Phase.LINE)
+WATCH_S = 2.0  # simulated
 LONGEST = 1.5  # times the planned duration; a flight that takes longer does not find its lines
 
 Progress = Callable[[float, float], None]
@@ -67,7 +68,7 @@ def fly(m: Mission, log: Recorder, progress: Progress | None = None) -> Flown:
 def _loop(m: Mission, log: Recorder, progress: Progress | None) -> None:
     flight, mount, rows, camera = m.flight, m.mount, m.rows, m.camera
     recogniser, estimator = m.recogniser, m.estimator
-    surveying, yaw_read, step = False, 0.0, 0
+    surveying, yaw_read, step, watched = False, 0.0, 0, 0.0
     estimate = estimator.now()
     command = camera_command(m.control, estimate)
     while True:
@@ -92,7 +93,9 @@ def _loop(m: Mission, log: Recorder, progress: Progress | None) -> None:
                 rows.new_cycle()
             exposure = rows.expose(mount.pose(aircraft, turned=m.rows_turn), spot, opens or log.keeps_signals)
             if exposure.missing and line >= 0 and m.outside_fails:
-                raise RunFailure(f"line {line} left the terrain at {t:.1f} s ({exposure.missing} pixels are blind)")
+                raise RunFailure(
+                    f"line {line} left the terrain at {t:.1f} s ({exposure.missing} pixels are blind)"
+                )
             reading = mount.read(t)
             for match in recogniser.add(exposure, reading):
                 log.strip(match, estimator.add(match))
@@ -117,7 +120,8 @@ def _loop(m: Mission, log: Recorder, progress: Progress | None) -> None:
         flight.advance(m.air.span(step, steps))
         log.fdm_wall += time.perf_counter() - before
         step += steps
-        if sees:
+        if t >= watched:
+            watched = t + WATCH_S
             _watch(t, m.duration, progress)
 
 

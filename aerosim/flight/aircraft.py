@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from aerosim.flight.limits import Limits
 from aerosim.flight.plan import wind_triangle
 from aerosim.flight.trim import GUESS, SCALE, Trim, solve
 from aerosim.frames import Array, mat_from_attitude, radii
-from aerosim.truth import AircraftState
+from aerosim.truth import AircraftState, AirState
 
 FOOT = 0.3048
 PER_FOOT = 1.0 / FOOT
@@ -249,6 +250,26 @@ class Aircraft:
         self.bare_step()
         self.steps += 1
         if self.steps % CHECK_EVERY == 0:
+            self._check()
+
+    def fly(self, air: Sequence[AirState], mat_nb: tuple[float, ...]) -> None:
+        """As many steps as there are states of the air; mat_nb (row by row) turns their gusts into n.
+
+        The same as `step` after step, in one go.  Raises RunFailure when the aircraft is lost.
+        """
+        to_north, to_east, to_down, roll, pitch, yaw = self._air
+        nu, nv, nw, eu, ev, ew, du, dv, dw = (PER_FOOT * part for part in mat_nb)
+        run = self.bare_step
+        for north, east, down, u, v, w, p, q, r in air:
+            to_north(PER_FOOT * north + nu * u + nv * v + nw * w)
+            to_east(PER_FOOT * east + eu * u + ev * v + ew * w)
+            to_down(PER_FOOT * down + du * u + dv * v + dw * w)
+            roll(p)
+            pitch(q)
+            yaw(r)
+            run()
+        before, self.steps = self.steps, self.steps + len(air)
+        if before // CHECK_EVERY != self.steps // CHECK_EVERY:
             self._check()
 
     def _check(self) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import cos, sin
 
 from aerosim.flight.aircraft import Aircraft
@@ -35,28 +36,30 @@ class JsbsimFlight:
         self._guidance = Guidance(plan, self._every * aircraft.step_period)
         self._guidance.roll_command = self.trim.roll
         self._until = 0
-        self._step_aircraft = aircraft.step
+        self._mat_nb = _mat_nb(*aircraft.attitude())
 
     def step(self, air: AirState) -> None:
-        """One step of the aircraft in this air.  Raises RunFailure when the aircraft is lost.
+        """One step of the aircraft in this air, see `advance`."""
+        self.advance((air,))
+
+    def advance(self, air: Sequence[AirState]) -> None:
+        """A step of the aircraft in each of these states of the air.  Raises RunFailure when it is lost.
 
         Gusts are turned from b to n by the attitude of the last guidance step, at most 50 ms old: at 4 deg/s of
         roll that misplaces 0.4 % of a gust.
         """
-        wind_north, wind_east, wind_down, u, v, w, p, q, r = air
-        if self._until == 0:
-            self._until = self._every
-            aircraft = self.aircraft
-            aircraft.command_roll(self._guidance.update(aircraft.ecef(), wind_north, wind_east))
-            self._mat_nb = _mat_nb(*aircraft.attitude())
-        self._until -= 1
-        nx, ny, nz, ex, ey, ez, dx, dy, dz = self._mat_nb
-        self._step_aircraft(
-            wind_north + nx * u + ny * v + nz * w,
-            wind_east + ex * u + ey * v + ez * w,
-            wind_down + dx * u + dy * v + dz * w,
-            p, q, r,
-        )  # fmt: skip
+        while air:
+            if self._until == 0:
+                self._guide(air[0])
+            now, air = air[: self._until], air[self._until :]
+            self.aircraft.fly(now, self._mat_nb)
+            self._until -= len(now)
+
+    def _guide(self, air: AirState) -> None:
+        aircraft = self.aircraft
+        self._until = self._every
+        aircraft.command_roll(self._guidance.update(aircraft.ecef(), air.wind_north, air.wind_east))
+        self._mat_nb = _mat_nb(*aircraft.attitude())
 
     def state(self) -> AircraftState:
         """State of the aircraft now."""

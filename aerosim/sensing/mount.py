@@ -54,6 +54,11 @@ class Mount:
         self.yaw += move
         self.rate = move / self._dt
 
+    def advance(self, command: float, steps: int) -> None:
+        """Several steps towards the same command."""
+        for _ in range(steps):
+            self.step(command)
+
     def read(self, t: float) -> MountReading:
         """The encoder's reading at time t (s)."""
         if not self._noise:

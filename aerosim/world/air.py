@@ -57,6 +57,15 @@ class Air:
             self._extend()
         return self._states[step - self._first]
 
+    def span(self, step: int, count: int) -> list[AirState]:
+        """States of `count` steps from this one on."""
+        first = step - self._first
+        found = self._states[first : first + count]
+        while len(found) < count:
+            self._extend()
+            found += self._states[: count - len(found)]
+        return found
+
     def _extend(self) -> None:
         self._first += len(self._states)
         table = np.zeros((BLOCK, 9))
