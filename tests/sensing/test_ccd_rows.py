@@ -28,6 +28,10 @@ def test_noise_of_the_converter_and_of_rounding():
     flat = row2 - row2.mean()
     for lagged in (flat[1:] * flat[:-1], flat[:, 1:] * flat[:, :-1]):
         assert abs(lagged.mean()) / flat.var() < 4.0 / math.sqrt(lagged.size)
+    # nor do the rows
+    for first in range(2 * SHIFT + 1):
+        other = row1[:, first : first + PIXELS]
+        assert abs(np.corrcoef(other.ravel(), row2.ravel())[0, 1]) < 5.0 / math.sqrt(row2.size)
 
 
 def test_rounding_alone():
