@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosim.frames import Array
-from aerosim.raster import Window, sample
+from aerosim.raster import Window, WindowedRaster, sample
 from aerosim.report.chart import extent
 from aerosim.report.source import Source, middle
 
@@ -45,7 +45,15 @@ class Scene:
         high = np.minimum([e_max + margin, n_max + margin], land.bounds[2:])
         if (high <= low).any():
             return None
-        return land.elevation(self.size / (2.0 * MESH_CELLS)).covering(*map(float, (*low, *high)))
+        # a window of its own: the terrain's would read far around, for a flight that goes on
+        heights = WindowedRaster(
+            land.elevation_file,
+            land.grid.crs,
+            self.size / (2.0 * MESH_CELLS),
+            convert=lambda window: land.vertical.to_ellipsoid(window, land.grid),
+            size=2 * MESH_CELLS,
+        )
+        return heights.covering(*map(float, (*low, *high)))
 
     @cached_property
     def ground(self) -> float:
