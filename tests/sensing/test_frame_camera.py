@@ -117,3 +117,28 @@ def test_what_was_commanded_at_the_trigger_goes_with_the_photo():
     assert [shot.interval for shot in shots] == [4.0, 4.0, 4.0, 6.0]
     triggers = times(shots) - 1.0015
     assert [shot.fmc_rate for shot in shots] == pytest.approx(0.02 + 0.001 * triggers, abs=1e-5)
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.05, 1.0])
+def test_control_ticks_of_several_steps_give_the_same_photos(delay):
+    # As the loop runs it: a command each sixth step, stops in between only where a photo is due.
+    camera = FrameCamera(ShutterParameters(0.003, delay), DT)
+    mount = Mount(MountParameters(0.5, 1.0, 0.1, 0.0, 0.0), DT, np.random.default_rng(1))
+
+    def interval(t):
+        return 2.5 + 0.5 * math.sin(0.3 * (round(t / DT) // 6) * 6 * DT)
+
+    line = on((0, 1.0, 30.0), (1, 35.0, 50.0))
+    found, step = [], 0
+    while step < 60 * 120:
+        t = step * DT
+        if step % 6 == 0:
+            camera.step(t, line(t), CameraCommand(0.0, interval(t), 0.0), 6 * DT)
+        if camera.due(t):
+            found.append(camera.expose(state(t)[0], mount))
+            assert t - 1e-9 <= found[-1].pose.t < t + DT
+        step += max(1, min(6 - step % 6, camera.steps_to_next(t)))
+    expected = fly(60.0, interval, line, delay)
+    assert len(found) > 15
+    assert [shot.line for shot in found] == [shot.line for shot in expected]
+    assert times(found) == pytest.approx(times(expected), abs=1e-6)

@@ -78,6 +78,14 @@ def test_rate_limit():
     assert found[-1] == pytest.approx(-math.radians(20.0), abs=1e-6)
 
 
+def test_several_steps_at_once():
+    one, many = (mount(rate_limit=0.2, time_constant=0.1, delay=0.05) for _ in range(2))
+    for command, steps in ((0.1, 6), (-0.05, 1), (0.3, 15), (0.0, 6)):
+        yaws(one, command, steps)
+        many.advance(command, steps)
+        assert (many.yaw, many.rate) == (one.yaw, one.rate)
+
+
 @pytest.mark.parametrize("side", [-1.0, 1.0])
 def test_stop(side):
     device = mount(yaw_limit=math.radians(30.0), time_constant=0.02)

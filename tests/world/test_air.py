@@ -99,6 +99,15 @@ def test_no_step_is_lost_or_doubled_at_the_border_of_a_block():
     assert [made.at(step).u for step in steps] == steps
 
 
+def test_a_span_is_the_states_one_by_one():
+    single, spans = air(4, slow=1.0, gust=0.5), air(4, slow=1.0, gust=0.5)
+    step = 0
+    for count in (1, 6, BLOCK - 9, 6, 1, 2 * BLOCK + 5, 6):
+        found = spans.span(step, count)
+        assert found == [single.at(k) for k in range(step, step + count)]
+        step += count
+
+
 def test_rate_gusts_have_the_sign_of_a_turning_air():
     # Where w grows along the path the air turns nose down (q < 0), where v grows it turns right (r > 0); a step is
     # far shorter than the span filter, so compare after 0.5 s means.
