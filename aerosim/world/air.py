@@ -52,13 +52,16 @@ class Air:
         self._extend()
 
     def at(self, step: int) -> AirState:
-        """State of the air at a step.  Steps may repeat or run on, but never fall behind the current block."""
+        """State of the air at a step.  Steps may repeat or run on; IndexError for one behind the current block."""
         while step >= self._first + len(self._states):
             self._extend()
+        if step < self._first:
+            raise IndexError(f"the air of step {step} is gone")
         return self._states[step - self._first]
 
     def span(self, step: int, count: int) -> list[AirState]:
-        """States of `count` steps from this one on."""
+        """States of `count` steps from this one on, as `at` gives them."""
+        self.at(step)
         first = step - self._first
         found = self._states[first : first + count]
         while len(found) < count:

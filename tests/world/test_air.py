@@ -108,6 +108,14 @@ def test_a_span_is_the_states_one_by_one():
         step += count
 
 
+def test_a_span_may_skip_ahead_but_no_step_comes_back():
+    made = Air((0.0, 0.0, 0.0), [], [Counter(1), Counter(1, 1), Counter(1, 1), Counter(1)])
+    assert [state.u for state in made.span(3 * BLOCK - 2, 4)] == [3 * BLOCK + k for k in (-2, -1, 0, 1)]
+    for past in (made.at, lambda step: made.span(step, 1)):
+        with pytest.raises(IndexError, match="step 5 is gone"):
+            past(5)
+
+
 def test_rate_gusts_have_the_sign_of_a_turning_air():
     # Where w grows along the path the air turns nose down (q < 0), where v grows it turns right (r > 0); a step is
     # far shorter than the span filter, so compare after 0.5 s means.
