@@ -8,21 +8,42 @@ from typing import Any
 
 import numpy as np
 import pytest
+from flights import air, on_line, rms, scenario
 from numpy.typing import NDArray
 
 import aerosim
 from aerosim.record import Record, Run
 from aerosim.scenario import Scenario
 from aerosim.simulate import simulate
-from flights import air, on_line, rms, scenario
 
 GUSTY = air(10.0, 0.0, slow=0.5, turbulence=0.35)
 SPACING, FOCAL, PERIOD = 39.7, 132.6, 0.05  # px, px, s: the camera of 1988, the default
-FLIGHT = (
-    "t_s lat_deg lon_deg height_m v_north_m_s v_east_m_s v_down_m_s roll_deg pitch_deg heading_deg p_deg_s q_deg_s r_deg_s "
-    "track_deg airspeed_m_s wind_north_m_s wind_east_m_s wind_down_m_s gust_u_m_s gust_v_m_s gust_w_m_s drift_true_deg "
-    "line cross_track_m"
-).split()
+FLIGHT = [
+    "t_s",
+    "lat_deg",
+    "lon_deg",
+    "height_m",
+    "v_north_m_s",
+    "v_east_m_s",
+    "v_down_m_s",
+    "roll_deg",
+    "pitch_deg",
+    "heading_deg",
+    "p_deg_s",
+    "q_deg_s",
+    "r_deg_s",
+    "track_deg",
+    "airspeed_m_s",
+    "wind_north_m_s",
+    "wind_east_m_s",
+    "wind_down_m_s",
+    "gust_u_m_s",
+    "gust_v_m_s",
+    "gust_w_m_s",
+    "drift_true_deg",
+    "line",
+    "cross_track_m",
+]
 
 
 def triangle(tel: dict[str, NDArray[Any]]) -> float:
