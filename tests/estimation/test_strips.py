@@ -196,7 +196,7 @@ def test_water_fills_all_slots_and_never_counts(period: int) -> None:
         assert m.reason not in {Reason.ACCEPTED, Reason.TIMEOUT}
         assert round(m.t_decided / PERIOD) == m.number1 + LAST
         assert m.surface.shape == (LAST - FIRST + 1, 2 * J + 1)
-        assert math.isfinite(m.t_row2)
+        assert m.t_row2 == pytest.approx((m.number1 + m.n) * PERIOD)  # also where it lies a whole window back
 
 
 def test_switching_gives_strips_in_flight_up(flown: list[RowExposure]) -> None:
