@@ -234,6 +234,9 @@ def write_report(run_dir: Path) -> Path:
     """
     file = run_dir / "report.html"
     part = run_dir / f".report.html.{os.getpid()}"
-    part.write_text(page(open_source(run_dir)), encoding="utf-8")
-    part.replace(file)
+    try:
+        part.write_text(page(open_source(run_dir)), encoding="utf-8")
+        part.replace(file)
+    finally:
+        part.unlink(missing_ok=True)
     return file

@@ -247,38 +247,41 @@ def _layout(scene: Scene, series: set[str], rows: Any, surfaces: Any) -> rrb.Blu
     )
 
 
-def write_rrd(run_dir: Path) -> Path:
-    """Write run.rrd of a run, whole or not at all.  Returns its path.
-
-    Raises InputError for a directory that is no run.
-    """
-    source = open_source(run_dir)
+def _log_run(rec: rr.RecordingStream, source: Source) -> rrb.Blueprint:
+    """Everything that is drawn of a run.  Returns the layout for what there is."""
     scene = Scene(source)
-    identity = f"{source.scenario.name}-{source.scenario.seed}"
-    # without the stream's own properties, which hold the wall clock: the same run gives the same file
-    rec = rr.RecordingStream(
-        "aerosim",
-        recording_id=identity,
-        send_properties=False,
-    )
-    flown = source.count(source.telemetry) > 1
     _log_land(rec, scene)
     _log_photos(rec, scene)
     plots: set[str] = set()
     height = 0.0
-    if flown:
+    if source.count(source.telemetry) > 1:
         _log_flight(rec, scene)
         plots = _log_series(rec, source)
         height = log_rows(rec, source)
     low, high, shifts = log_surfaces(rec, source)
-    layout = _layout(
+    return _layout(
         scene,
         plots,
         rows_view(source, height) if height else None,
         mad_view(low, high, shifts) if shifts else None,
     )
+
+
+def write_rrd(run_dir: Path) -> Path:
+    """Write run.rrd of a run, whole or not at all.  Returns its path.
+
+    Raises InputError for a directory that is no run, OSError where it cannot be written.
+    """
+    source = open_source(run_dir)
+    identity = f"{source.scenario.name}-{source.scenario.seed}"
     file, part = run_dir / "run.rrd", run_dir / f".run.{os.getpid()}.rrd"
-    rec.save(part, default_blueprint=layout)
-    rec.disconnect()
-    part.replace(file)
+    # without the stream's own properties, which hold the wall clock: the same run gives the same file
+    rec = rr.RecordingStream("aerosim", recording_id=identity, send_properties=False)
+    try:
+        rec.save(part)
+        rec.send_blueprint(_log_run(rec, source))
+        rec.disconnect()
+        part.replace(file)
+    finally:
+        part.unlink(missing_ok=True)
     return file
