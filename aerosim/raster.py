@@ -106,7 +106,10 @@ class WindowedRaster:
         inside = min(max(middle, first), last) if first < last else float(extent.mean())
         if inside - half <= low and high <= inside + half:
             middle = inside
-        return middle - half, middle + half
+        # beyond the raster there is nothing to keep, but room for the next few requests
+        room = high - low
+        first, last = max(middle - half, extent[0] - room), min(middle + half, extent[1] + room)
+        return (first, last) if first <= low and high <= last else (middle - half, middle + half)
 
     def _reread(self, e_min: float, n_min: float, e_max: float, n_max: float) -> Window:
         wide, high = e_max - e_min, n_max - n_min

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 Values = NDArray[np.float32]
 
 # A wheel's GDAL would take 5 % of the machine for its block cache.
-CACHE_BYTES = 64_000_000
+CACHE_BYTES = 24_000_000
 # Source pixels along a side that one read may touch where no overview is coarse enough.
 MAX_SOURCE_SIDE = 8192
 # Blocks looked at when a file is opened; of a larger one an even choice.

@@ -167,8 +167,8 @@ def _arrow_array(column: NDArray[np.generic]) -> pa.Array:
     if column.dtype.kind == "f":
         return pa.array(column, from_pandas=True)
     if column.dtype.kind == "O":
-        texts = [None if item is None else item for item in column.tolist()]
-        return pa.array(texts, pa.string() if all(isinstance(t, str | None) for t in texts) else None)
+        items = column.tolist()
+        return pa.array(items, pa.string() if all(isinstance(item, str | None) for item in items) else None)
     if column.ndim == 2:
         return pa.FixedSizeListArray.from_arrays(pa.array(column.ravel()), column.shape[1])
     return pa.array(column)

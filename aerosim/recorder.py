@@ -39,15 +39,16 @@ class Samples(NamedTuple):
 class Recorder:
     """Everything that a run leaves behind, kept in memory: about 10 MB for half an hour."""
 
-    def __init__(self, keep_signals: bool) -> None:
-        """keep_signals: rows and MAD surfaces too, for the viewer."""
+    def __init__(self, keep_signals: bool, bits: int = 16) -> None:
+        """keep_signals: rows (grey values of so many bits) and MAD surfaces too, for the viewer."""
+        self._grey = np.uint8 if bits <= 8 else np.uint16
         self.keeps_signals = keep_signals
         self._blocks: list[Array] = []
         self._used = BLOCK
         self.strips: list[tuple[StripMatch, StripUse]] = []
         self.shots: list[Shot] = []
         self.fdm_wall = 0.0
-        self.rows: list[tuple[float, NDArray[np.uint16], NDArray[np.uint16]]] = []
+        self.rows: list[tuple[float, NDArray[Any], NDArray[Any]]] = []
 
     def sample(
         self,
@@ -77,7 +78,7 @@ class Recorder:
     def exposure(self, exposure: RowExposure) -> None:
         """Both rows as read."""
         if self.keeps_signals:
-            row1, row2 = exposure.row1.astype(np.uint16), exposure.row2.astype(np.uint16)
+            row1, row2 = exposure.row1.astype(self._grey), exposure.row2.astype(self._grey)
             self.rows.append((exposure.t, row1, row2))
 
     def strip(self, match: StripMatch, use: StripUse) -> None:
@@ -96,13 +97,12 @@ class Recorder:
         if not self.keeps_signals:
             return {}, {}
         t, row1, row2 = zip(*self.rows, strict=True) if self.rows else ((), np.empty((0, 1)), np.empty((0, 1)))
-        smallest = np.uint8 if self.rows and max(np.max(row1), np.max(row2)) < 256 else np.uint16
         surfaces = np.empty(len(self.strips), object)
-        surfaces[:] = [m.surface.ravel().tolist() for m, _ in self.strips]
+        surfaces[:] = [m.surface.ravel() for m, _ in self.strips]
         rows: Columns = {
             "t_s": np.array(t, float),
-            "row1_grey": np.array(row1, smallest),
-            "row2_grey": np.array(row2, smallest),
+            "row1_grey": np.array(row1, self._grey),
+            "row2_grey": np.array(row2, self._grey),
         }
         mad: Columns = {
             "strip": np.array([m.strip for m, _ in self.strips], np.int64),

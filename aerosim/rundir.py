@@ -135,6 +135,7 @@ def _write(record: Record, staging: Staging, draw: Draw) -> None:
 
 
 def _write_tables(record: Record, path: Path) -> None:
+    import pyarrow as pa
     import pyarrow.parquet as pq
 
     from aerosim.scenario import to_yaml
@@ -147,6 +148,7 @@ def _write_tables(record: Record, path: Path) -> None:
         part = path / f"{name}.parquet.part"
         pq.write_table(arrow_table(columns), part, compression="zstd")
         part.rename(path / f"{name}.parquet")
+        pa.default_memory_pool().release_unused()
     _write_json(path / "summary.json", record.summary)
 
 

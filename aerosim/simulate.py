@@ -144,7 +144,7 @@ def simulate(scenario: Scenario, progress: Progress | None = None) -> Record:
     journal.info("%s, seed %d, mode %s", scenario.name, scenario.seed, scenario.control.mode)
     journal.info("terrain %s", mission.terrain.orthophoto_file.path)
     journal.info("%d lines at %.0f m, planned %.0f s", len(plan.lines), plan.height, mission.duration)
-    log = Recorder(keep_signals=scenario.record.rrd)
+    log = Recorder(scenario.record.rrd, scenario.ccd_rows.bits)
     flown = fly(mission, log, progress)
     journal.info("%s after %.1f s flown in %.2f s %s", flown.status, flown.duration, flown.wall, flown.reason)
     accepted = sum(match.reason is Reason.ACCEPTED for match, _ in log.strips)
