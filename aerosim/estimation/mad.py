@@ -13,7 +13,9 @@ from aerosim.signals import Grey, Reason
 
 FLAT = 1.8  # mean over minimum below this: no trough, the surface is an inclined plane or flat
 PLAIN = 2.5  # at which a strip may be decided before its window ends
-RIVAL = 1.25  # second trough over the minimum below this: two places look alike
+# Second trough over the minimum below this: two places look alike.  Flown loops are no better from 1.15 to 1.5;
+# letting a long valley along n pass (relief aslant of the rows) takes strips of which every third is wrong.
+RIVAL = 1.25
 NEAR_PX = 2  # a second trough counts only outside of this distance from the minimum
 PATCH_PX = 0.65  # ground motion to either side of the minimum that `refine` looks at
 
