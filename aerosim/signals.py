@@ -73,7 +73,8 @@ class StripMatch(NamedTuple):
 class MotionEstimate(NamedTuple):
     """What the estimator believes now.  drift: track - aircraft heading, rad; vh: speed-to-height ratio, 1/s.
 
-    sigma_*: standard deviations of the filter (rad, 1/s).  valid: False before the first accepted strip.
+    sigma_*: standard deviations of the filter (rad, 1/s).  valid: False before the first accepted strip; until
+    then seek (rad) is the mount yaw at which the track is looked for.
     """
 
     t: float
@@ -82,6 +83,7 @@ class MotionEstimate(NamedTuple):
     sigma_drift: float
     sigma_vh: float
     valid: bool
+    seek: float = 0.0
 
 
 class CameraCommand(NamedTuple):

@@ -26,9 +26,12 @@ class ControlParameters:
 def camera_command(par: ControlParameters, estimate: MotionEstimate) -> CameraCommand:
     """Turn the camera into the track and space the photos.
 
-    The mount's yaw is set to the drift, which leaves no crab (crab = drift - mount yaw); the interval is the
-    time in which the ground moves by the wanted base: base_ratio/(v/h), never below the camera's shortest.
+    The mount's yaw is set to the drift, which leaves no crab (crab = drift - mount yaw), or to where the track is
+    looked for while none is known.  The interval is the time in which the ground moves by the wanted base:
+    base_ratio/(v/h), never below the camera's shortest.
     """
-    yaw = estimate.drift if par.follow_drift and estimate.valid else 0.0
+    yaw = 0.0
+    if par.follow_drift:
+        yaw = estimate.drift if estimate.valid else estimate.seek
     vh = estimate.vh if par.follow_vh and estimate.valid else par.planned_vh
     return CameraCommand(yaw, max(par.base_ratio / vh, par.min_interval), vh if par.fmc else 0.0)

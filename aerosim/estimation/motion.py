@@ -54,6 +54,8 @@ class StripUse(NamedTuple):
     variance_vh: float
 
 
+SURE = 3  # strips
+UNKNOWN = MotionEstimate(0.0, math.nan, math.nan, math.nan, math.nan, False)
 UNUSED = StripUse(*[math.nan] * 6)
 
 
@@ -80,17 +82,20 @@ class MotionEstimator:
         par = self._par = parameters
         self._drift = ScalarFilter(0.0, par.sigma_drift**2, par.series)
         self._n = ScalarFilter(0.0, 1.0, par.series)
-        self._estimate = MotionEstimate(0.0, math.nan, math.nan, math.nan, math.nan, False)
+        self._estimate = UNKNOWN
+        self._beyond = 0
 
     def begin_line(self) -> None:
         """Another line: the course has changed, so what was known of drift and speed is void."""
         self._drift.restart()
         self._n.restart()
-        self._estimate = MotionEstimate(0.0, math.nan, math.nan, math.nan, math.nan, False)
+        self._estimate = UNKNOWN
+        self._beyond = 0
 
     def add(self, match: StripMatch) -> StripUse:
-        """Take one strip; refused strips change nothing."""
+        """Take one strip.  A refused one changes nothing, unless the first track on a line is still looked for."""
         if match.reason is not Reason.ACCEPTED:
+            self._seek(match)
             return UNUSED
         par = self._par
         seen = strip_motion(match, par)
@@ -110,6 +115,20 @@ class MotionEstimator:
         return StripUse(
             self._drift.gain, self._n.gain, innovation_drift, innovation_n, self._drift.variance, sigma_vh**2
         )
+
+    def _seek(self, match: StripMatch) -> None:
+        """Without any estimate, strips whose minimum lies beyond the same end of the rows say where to turn.
+
+        The rows' field is +-atan(max shift/d), 10 deg: a camera that starts along the airframe cannot see a
+        larger drift.  Three strips in a row are asked for, since a single one may be a chance minimum.
+        """
+        if self._estimate.valid or not self._par.on_camera or match.reason is not Reason.BORDER_MU:
+            return
+        side = 1 if match.mu > 0.0 else -1
+        self._beyond = self._beyond + side if self._beyond * side > 0 else side
+        if abs(self._beyond) >= SURE:
+            angle = (match.yaw1 + match.yaw2) / 2.0 + math.atan2(match.mu, self._par.spacing_px)
+            self._estimate = UNKNOWN._replace(t=match.t_decided, seek=angle)
 
     def now(self) -> MotionEstimate:
         """The present estimate; its time is that of the strip last taken."""

@@ -204,3 +204,38 @@ def test_drift_through_the_whole_estimator_is_as_good_as_it_claims() -> None:
     assert claims == pytest.approx(np.full(7200, math.radians(5.0) * math.sqrt(q)), rel=1e-6)
     assert np.mean(np.square(errors)) == pytest.approx(math.radians(5.0) ** 2 * q, rel=0.12)
     assert np.mean(np.square(innovations)) == pytest.approx(1.0, abs=0.07)
+
+
+def seek_after(*mus: float, on_camera: bool = True, yaws: tuple[float, float] = (0.0, 0.0)) -> float:
+    """Where the camera is sent, deg, after refused strips with these shifts at the rows' end."""
+    estimator = MotionEstimator(replace(PAPER, on_camera=on_camera))
+    for mu in mus:
+        estimator.add(strip(mu=mu, yaws=yaws, reason=Reason.BORDER_MU))
+    assert not estimator.now().valid
+    return math.degrees(estimator.now().seek)
+
+
+def test_three_strips_beyond_the_same_end_say_where_to_turn() -> None:
+    assert seek_after(7.0, 7.0) == 0.0
+    assert seek_after(7.0, 7.0, 7.0) == pytest.approx(10.0, abs=0.01)
+    assert seek_after(-7.0, -7.0, -7.0) == pytest.approx(-10.0, abs=0.01)
+    assert seek_after(7.0, -7.0, 7.0, -7.0) == 0.0
+
+
+def test_looking_goes_on_from_where_the_camera_is() -> None:
+    turned = (math.radians(10.0), math.radians(10.0))
+    assert seek_after(7.0, 7.0, 7.0, yaws=turned) == pytest.approx(20.0, abs=0.01)
+    assert seek_after(-7.0, -7.0, -7.0, yaws=turned) == pytest.approx(0.0, abs=0.01)
+
+
+def test_rows_on_the_airframe_do_not_turn_with_the_camera() -> None:
+    assert seek_after(7.0, 7.0, 7.0, on_camera=False) == 0.0
+
+
+def test_nothing_is_looked_for_once_the_track_is_known() -> None:
+    estimator = MotionEstimator(replace(PAPER, on_camera=True))
+    estimator.add(strip(mu=3.0))
+    for _ in range(4):
+        estimator.add(strip(mu=7.0, reason=Reason.BORDER_MU))
+    assert estimator.now().valid
+    assert estimator.now().drift == pytest.approx(math.atan2(3.0, 39.70))

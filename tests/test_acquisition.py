@@ -1,0 +1,24 @@
+"""A drift beyond the field of the rows: the camera starts along the airframe and has to look for the track."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from flights import air, on_line, rms, scenario
+
+from aerosim.simulate import simulate
+
+
+@pytest.mark.parametrize("from_deg", [0.0, 180.0])
+def test_a_drift_of_thirteen_degrees_is_found(from_deg: float) -> None:
+    """16 m/s across 69.44 m/s drift by asin(16/69.44) = 13.3 deg; seven pixels of the rows are 10 deg."""
+    record = simulate(
+        scenario(12.0, air=air(16.0, from_deg), record={"exclude_first_s": 60, "rrd": False, "report": False})
+    )
+    expected = math.degrees(math.asin(16.0 / 69.44)) * (1.0 if from_deg == 0.0 else -1.0)
+    # on the eastward line wind from the north comes from the left: drift positive
+    assert np.mean(on_line(record, "drift_true_deg")) == pytest.approx(expected, abs=0.2)
+    assert rms(on_line(record, "crab_true_deg", after=60.0)) < 0.5
+    assert np.mean(on_line(record, "mount_yaw_deg", after=60.0)) == pytest.approx(expected, abs=0.4)
