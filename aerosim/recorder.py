@@ -42,13 +42,15 @@ class Recorder:
     def __init__(self, keep_signals: bool, bits: int = 16) -> None:
         """keep_signals: rows (grey values of so many bits) and MAD surfaces too, for the viewer."""
         self._grey = np.uint8 if bits <= 8 else np.uint16
+        self._split = 1
         self.keeps_signals = keep_signals
         self._blocks: list[Array] = []
         self._used = BLOCK
         self.strips: list[tuple[StripMatch, StripUse]] = []
         self.shots: list[Shot] = []
         self.fdm_wall = 0.0
-        self.rows: list[tuple[float, NDArray[Any], NDArray[Any]]] = []
+        self._rows: list[NDArray[Any]] = []
+        self._row_t: list[float] = []
 
     def sample(
         self,
@@ -78,8 +80,12 @@ class Recorder:
     def exposure(self, exposure: RowExposure) -> None:
         """Both rows as read."""
         if self.keeps_signals:
-            row1, row2 = exposure.row1.astype(self._grey), exposure.row2.astype(self._grey)
-            self.rows.append((exposure.t, row1, row2))
+            k, self._split = len(self._row_t) % BLOCK, len(exposure.row1)
+            if k == 0:
+                self._rows.append(np.empty((BLOCK, self._split + len(exposure.row2)), self._grey))
+            self._rows[-1][k, : self._split] = exposure.row1
+            self._rows[-1][k, self._split :] = exposure.row2
+            self._row_t.append(exposure.t)
 
     def strip(self, match: StripMatch, use: StripUse) -> None:
         """A strip and what the filters made of it."""
@@ -96,13 +102,13 @@ class Recorder:
         """
         if not self.keeps_signals:
             return {}, {}
-        t, row1, row2 = zip(*self.rows, strict=True) if self.rows else ((), np.empty((0, 1)), np.empty((0, 1)))
+        grey = np.concatenate(self._rows)[: len(self._row_t)] if self._rows else np.empty((0, 2), self._grey)
         surfaces = np.empty(len(self.strips), object)
         surfaces[:] = [m.surface.ravel() for m, _ in self.strips]
         rows: Columns = {
-            "t_s": np.array(t, float),
-            "row1_grey": np.array(row1, self._grey),
-            "row2_grey": np.array(row2, self._grey),
+            "t_s": np.array(self._row_t, float),
+            "row1_grey": grey[:, : self._split],
+            "row2_grey": grey[:, self._split :],
         }
         mad: Columns = {
             "strip": np.array([m.strip for m, _ in self.strips], np.int64),

@@ -12,17 +12,17 @@ from pathlib import Path
 HELP_LIMIT_S = 0.5
 MEMORY_LIMIT_MB = 700.0
 ROUNDS = 7
-# twice the two shipped lines: half an hour
+# four lines of 20 km: half an hour
 LONG = """
 name: long
 terrain: {source: pine_mountain}
 air: {wind: {speed_m_s: 10, from_deg: 0}, slow_wind: {sigma_m_s: 0.5}, turbulence: {sigma_m_s: 0.35}}
 flight:
   lines:
-    - {start_deg: [36.52, -84.38], end_deg: [36.52, -84.12]}
-    - {start_deg: [36.54, -84.12], end_deg: [36.54, -84.38]}
-    - {start_deg: [36.52, -84.38], end_deg: [36.52, -84.12]}
-    - {start_deg: [36.54, -84.12], end_deg: [36.54, -84.38]}
+    - {start_deg: [36.52, -84.38], end_deg: [36.52, -84.155]}
+    - {start_deg: [36.54, -84.155], end_deg: [36.54, -84.38]}
+    - {start_deg: [36.52, -84.38], end_deg: [36.52, -84.155]}
+    - {start_deg: [36.54, -84.155], end_deg: [36.54, -84.38]}
 """
 
 

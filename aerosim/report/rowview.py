@@ -22,6 +22,7 @@ CHUNK = 2000  # exposures in one picture: what the smallest graphics cards take 
 GAP_PX = 12
 SCROLL_PERIOD = 0.1
 MU_PX = 9.0  # height of one shift in the picture of a MAD surface
+N_STEP = 2  # exposures that a pixel of the MAD picture stands for: every second one is drawn
 # Viridis in seven steps
 COLOURS = np.array(
     [[68, 1, 84], [70, 50, 127], [54, 92, 141], [39, 127, 142], [31, 161, 135], [74, 194, 109], [253, 231, 37]],
@@ -158,13 +159,18 @@ def log_surfaces(rec: rr.RecordingStream, source: Source) -> tuple[float, float,
     low, high = int(first.min()), int((first + steps).max())
     shifts = int(table["shifts"][kept[0]].as_py())
     order = np.array([row_of[int(numbers[k])] for k in kept])
-    surfaces = [table["mad_grey"][k].values.to_numpy(zero_copy_only=False).reshape(-1, shifts) for k in kept]
-    top = float(np.percentile(np.concatenate([s[::7].ravel() for s in surfaces]), 90.0))
-    pictures = [_picture(s, int(f) - low, high - low, top) for s, f in zip(surfaces, first, strict=True)]
-    form = rr.components.ImageFormat(width=high - low, height=shifts, color_model="RGB", channel_datatype="U8")
+    surfaces = [
+        table["mad_grey"][k].values.to_numpy(zero_copy_only=False).reshape(-1, shifts)[::N_STEP] for k in kept
+    ]
+    top = float(np.percentile(np.concatenate([s[::4].ravel() for s in surfaces]), 90.0))
+    width = (high - low) // N_STEP + 1
+    pictures = [_picture(s, (int(f) - low) // N_STEP, width, top) for s, f in zip(surfaces, first, strict=True)]
+    form = rr.components.ImageFormat(width=width, height=shifts, color_model="RGB", channel_datatype="U8")
     index = [rr.TimeColumn(TIMELINE, duration=np.asarray(strips["t_decided_s"][order], float))]
     rec.send_columns("mad/surface", index, rr.Image.columns(buffer=pictures, format=[form] * len(pictures)))
-    fixed(rec, "mad/surface", rr.Transform3D(translation=[low - 0.5, 0.0, 0.0], scale=[1.0, MU_PX, 1.0]))
+    fixed(
+        rec, "mad/surface", rr.Transform3D(translation=[low - N_STEP / 2.0, 0.0, 0.0], scale=[N_STEP, MU_PX, 1.0])
+    )
     _log_minima(rec, source, order, shifts, index)
     _log_mad_scale(rec, low, high, shifts)
     return float(low), float(high), shifts

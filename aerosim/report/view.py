@@ -277,9 +277,11 @@ def write_rrd(run_dir: Path) -> Path:
     file, part = run_dir / "run.rrd", run_dir / f".run.{os.getpid()}.rrd"
     # without the stream's own properties, which hold the wall clock: the same run gives the same file
     rec = rr.RecordingStream("aerosim", recording_id=identity, send_properties=False)
+    # not rec.save(): a full disk ends its writing thread without a word, and disconnect() then waits for ever
+    stream = rr.binary_stream(rec)
     try:
-        rec.save(part)
         rec.send_blueprint(_log_run(rec, source))
+        part.write_bytes(stream.read() or b"")
         rec.disconnect()
         part.replace(file)
     finally:
