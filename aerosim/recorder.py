@@ -7,11 +7,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosim.estimation.motion import StripUse
 from aerosim.frames import Array, wrap_pi
-from aerosim.signals import MotionEstimate, RowExposure, StripMatch
-from aerosim.truth import AircraftState, AirState, Shot
-from aerosim.world.ground import Below
+from aerosim.signals import MotionEstimate, RowExposure, StripMatch, StripUse
+from aerosim.truth import AircraftState, AirState, Below, Shot
 
 Columns = dict[str, NDArray[Any]]
 BLOCK = 4096

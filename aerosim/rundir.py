@@ -120,6 +120,7 @@ def _write(record: Record, staging: Staging, draw: Draw) -> None:
     staging.release("room")
     try:
         _write_tables(record, staging.path)
+        record.rows, record.surfaces = {}, {}  # they are on disk now, and large
         draw(record.scenario, staging.path)
         staging.release("last")
         _write_words(record, staging.path)
@@ -149,15 +150,19 @@ def _write_tables(record: Record, path: Path) -> None:
         pq.write_table(arrow_table(columns), part, compression="zstd")
         part.rename(path / f"{name}.parquet")
         pa.default_memory_pool().release_unused()
+    _write_summary(record, path)
+
+
+def _write_summary(record: Record, path: Path) -> None:
+    """The summary with its status, and the reason of one that is not done."""
+    record.summary = record.summary | {"status": record.status}
+    if record.reason:
+        record.summary["notes"] = {**record.summary.get("notes", {}), "status": record.reason}
     _write_json(path / "summary.json", record.summary)
 
 
 def _write_words(record: Record, path: Path) -> None:
-    summary = record.summary | {"status": record.status}
-    if record.reason:
-        summary["notes"] = {**summary.get("notes", {}), "status": record.reason}
-    _write_json(path / "summary.json", summary)
-    record.summary = summary
+    _write_summary(record, path)
     _write_json(path / "manifest.json", _manifest(record, path))
 
 

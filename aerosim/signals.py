@@ -70,6 +70,17 @@ class StripMatch(NamedTuple):
     surface: Grey
 
 
+class StripUse(NamedTuple):
+    """How the filters took a strip: gains and standardised innovations, NaN for a refused or first strip."""
+
+    gain_drift: float
+    gain_vh: float
+    innovation_drift: float
+    innovation_vh: float
+    variance_drift: float
+    variance_vh: float
+
+
 class MotionEstimate(NamedTuple):
     """What the estimator believes now.  drift: track - aircraft heading, rad; vh: speed-to-height ratio, 1/s.
 

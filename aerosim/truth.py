@@ -47,6 +47,14 @@ class AirState(NamedTuple):
     r: float
 
 
+class Below(NamedTuple):
+    """Ellipsoidal heights below the aircraft, m: at the nadir, mean of the rows' footprint, mean of a strip."""
+
+    nadir: float
+    footprint: float
+    strip: float
+
+
 class CameraPose(NamedTuple):
     """Pose and motion of the camera's projection centre at time t (s).
 

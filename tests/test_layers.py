@@ -50,8 +50,6 @@ ALLOWED: dict[str, set[str]] = {
 
 # (module, imported module): why the rule's spirit holds.  Each must still be in use.
 EXCEPTIONS: dict[tuple[str, str], str] = {
-    ("recorder", "world.ground"): "the type Below, heights that a sample of telemetry takes from the world",
-    ("recorder", "estimation.motion"): "the type StripUse, what the filters made of a strip",
     ("metrics.strips", "estimation.motion"): (
         "what a strip says by itself is the estimator's reading of it, and no second formula"
     ),

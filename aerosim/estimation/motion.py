@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from aerosim.estimation.kalman import ScalarFilter, Series
-from aerosim.signals import MotionEstimate, Reason, StripMatch
+from aerosim.signals import MotionEstimate, Reason, StripMatch, StripUse
 
 
 @dataclass(frozen=True)
@@ -41,17 +41,6 @@ class StripMotion(NamedTuple):
     angle: float
     drift: float
     vh: float
-
-
-class StripUse(NamedTuple):
-    """How the filters took a strip: gains and standardised innovations, NaN for a refused or first strip."""
-
-    gain_drift: float
-    gain_vh: float
-    innovation_drift: float
-    innovation_vh: float
-    variance_drift: float
-    variance_vh: float
 
 
 SURE = 3  # strips

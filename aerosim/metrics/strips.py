@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from aerosim.estimation.motion import MotionParameters, StripUse, strip_motion
+from aerosim.estimation.motion import MotionParameters, strip_motion
 from aerosim.frames import Array, radii, wrap_pi
 from aerosim.recorder import Columns, Samples
-from aerosim.signals import Reason, StripMatch
+from aerosim.signals import Reason, StripMatch, StripUse
 
 
 def strip_truth(t_row1: Array, t_row2: Array, samples: Samples, on_camera: bool) -> tuple[Array, Array]:

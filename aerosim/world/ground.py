@@ -10,6 +10,7 @@ from numba import njit
 from aerosim.frames import Array, LocalMap
 from aerosim.raster import Window, WindowedRaster
 from aerosim.rasterfile import Values
+from aerosim.truth import Below
 from aerosim.world.terrain import Terrain
 
 
@@ -25,17 +26,6 @@ class Spot(NamedTuple):
     ortho_place: Array
     relief: Values
     relief_place: Array
-
-
-class Below(NamedTuple):
-    """Ellipsoidal heights below the aircraft, m: at the nadir, mean of the rows' footprint, mean of a strip."""
-
-    nadir: float
-    footprint: float
-    strip: float
-
-
-NOWHERE = Below(np.nan, np.nan, np.nan)
 
 
 class _Follower:

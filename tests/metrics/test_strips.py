@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from aerosim.estimation.motion import UNUSED, MotionParameters, StripUse
+from aerosim.estimation.motion import UNUSED, MotionParameters
 from aerosim.metrics.strips import strip_table, strip_truth
 from aerosim.recorder import Samples
-from aerosim.signals import Reason, StripMatch
+from aerosim.signals import Reason, StripMatch, StripUse
 
 LAT0, LON0, HEIGHT, GROUND = np.radians(36.5), np.radians(-84.2), 3400.0, 400.0
 A, F = 6378137.0, 1.0 / 298.257223563
