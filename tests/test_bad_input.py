@@ -179,3 +179,12 @@ def test_an_output_directory_that_exists(refused: Refused) -> None:
 def test_an_output_directory_that_cannot_be_made(refused: Refused, out: str) -> None:
     assert out in refused(SCENARIO, "--out", out)
     assert out in refused(SCENARIO, "--out", out, "--overwrite")
+
+
+def test_a_flight_into_the_hills_is_refused(refused: Refused) -> None:
+    heights = np.full((ROWS, COLUMNS), 200, np.float32)
+    heights[80:120, 200:210] = 1100.0  # a ridge across the line; the mean stays near 225 m
+    write_raster("elevation.tif", heights)
+    line = refused(SCENARIO.replace("height_m: 3000", "height_m: 900"))
+    assert "above the highest ground under line 0" in line
+    assert re.search(r"flight\.height_m from 10\d\d on", line)

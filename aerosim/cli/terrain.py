@@ -33,8 +33,10 @@ def datum_of(text: str) -> str | float:
 
     if text in DATUMS:
         return text
+    # as a scenario has it, {undulation_m: 28.3}, or the number alone
+    number = text.strip("{} ").removeprefix("undulation_m:")
     try:
-        return float(text)
+        return float(number)
     except ValueError:
         allowed = f"allowed: {', '.join(DATUMS)}, or the undulation in m"
         raise InputError(f"{text!r} is no vertical datum", key=DATUM_OPTION, allowed=allowed) from None
@@ -43,6 +45,10 @@ def datum_of(text: str) -> str | float:
 def _info(source: str, elevation: Path | None, datum: str | float) -> dict[str, Any]:
     from aerosim.world.terrain import Terrain, find_terrain
 
+    if elevation is None and Path(source).is_file():
+        raise InputError(
+            "an orthophoto needs its elevation beside it", where=source, allowed="ORTHOPHOTO ELEVATION"
+        )
     files = find_terrain(source) if elevation is None else (Path(source), elevation)
     return Terrain.open(*files, vertical_datum=datum).info()
 

@@ -54,7 +54,8 @@ class Line:
                 )
         if not SHORTEST_LINE <= self._chord <= LONGEST_LINE:
             raise InputError(
-                f"line of {self._chord / 1e3:.4g} km", allowed=f"{SHORTEST_LINE:g} m to {LONGEST_LINE / 1e3:g} km"
+                f"line of {self._chord / 1e3:.4g} km",
+                allowed=f"{SHORTEST_LINE:g} m to {LONGEST_LINE / 1e3:g} km, points as latitude, longitude",
             )
 
     @cached_property

@@ -45,9 +45,7 @@ def summarise(telemetry: Columns, matches: Columns, photos: Columns, wanted: Wan
             if value is None or (isinstance(value, float) and not np.isfinite(value)):
                 values[name] = None
                 notes[f"{section}.{name}"] = (
-                    "one flight line has no neighbour to compare with: not computed in this version"
-                    if name == "side_lap_min_pct"
-                    else reason
+                    "side lap is not computed in this version" if name == "side_lap_min_pct" else reason
                 )
     summary["notes"] = notes
     return summary
@@ -161,5 +159,5 @@ def _photos(photos: Columns, starts: dict[int, float], wanted: Wanted) -> dict[s
         "end_lap_min_pct": float(known.min()) if len(known) else None,
         "side_lap_min_pct": None,
         "blur_rms_px": _rms(blur),
-        "out_of_tolerance": int((photos["verdict"] != "ok").sum()),
+        "out_of_tolerance": int((photos["verdict"][late] != "ok").sum()),
     }

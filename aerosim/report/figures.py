@@ -24,7 +24,13 @@ FIGURES = (
     Figure("flight.cross_track_rms_m", "Cross track, rms", "m", 2, "distance of the aircraft from its line"),
     Figure("flight.roll_rms_deg", "Roll, rms", "deg", 2, "bank on the lines"),
     Figure("flight.pitch_rms_deg", "Pitch, rms", "deg", 2, "pitch about its mean on the lines"),
-    Figure("flight.drift_mean_deg", "Drift, mean", "deg", 2, "track less aircraft heading: what the wind does"),
+    Figure(
+        "flight.drift_mean_deg",
+        "Drift, mean",
+        "deg",
+        2,
+        "track less aircraft heading: what the wind does; mean of the lines' sizes",
+    ),
     Figure(
         "crab.residual_rms_deg", "Crab, rms", "deg", 2, "track less camera heading: what the controller leaves"
     ),
@@ -45,7 +51,13 @@ FIGURES = (
     Figure("photos.end_lap_min_pct", "End lap, least", "%", 2, "the worst pair"),
     Figure("photos.side_lap_min_pct", "Side lap, least", "%", 2, "of neighbouring lines"),
     Figure("photos.blur_rms_px", "Blur, rms", "px", 2, "image motion during the exposure, in picture pixels"),
-    Figure("photos.out_of_tolerance", "Photos out of tolerance", "", 0, "verdict other than ok"),
+    Figure(
+        "photos.out_of_tolerance",
+        "Photos out of tolerance",
+        "",
+        0,
+        "verdict other than ok: end lap, tilt, crab or blur",
+    ),
     Figure("speed.real_time_factor", "Speed", "x real time", 1, "flight time over computing time"),
 )
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import math
 import os
 import platform
 from collections import Counter
@@ -10,6 +11,7 @@ from collections.abc import Callable, Iterator
 from html import escape
 from importlib import metadata
 from pathlib import Path
+from typing import Any
 
 from aerosim.report.figures import headline
 from aerosim.report.source import Source, open_source
@@ -88,6 +90,23 @@ def _expectations(source: Source) -> str:
     return f"<table><thead>{head}</thead><tbody>{''.join(rows)}</tbody></table>"
 
 
+def _flown(source: Source) -> str:
+    """How it was flown, in one sentence."""
+    s = source.scenario
+    air, camera = s.air, s.frame_camera
+    above = "mean terrain" if s.flight.height_above == "mean_terrain" else "ellipsoid"
+    wind: Any = air.wind
+    steady = hasattr(wind, "speed_m_s")
+    blowing = f"wind {wind.speed_m_s:g} m/s from {wind.from_deg:g} deg" if steady else "wind by height"
+    text = (
+        f"{len(s.flight.lines)} lines at {s.flight.height_m:g} m above the {above}, "
+        f"{s.flight.airspeed_m_s:g} m/s true; {blowing}, slow wind {air.slow_wind.sigma_m_s:g} m/s, "
+        f"turbulence {air.turbulence.sigma_m_s:g} m/s (sigma); camera {camera.focal_mm:g} mm, "
+        f"{camera.format_mm[0]:g} x {camera.format_mm[1]:g} mm; mode {s.control.mode}."
+    )
+    return f'<p class="note">{escape(text)}</p>'
+
+
 def _tiles(source: Source) -> str:
     """The few figures that are looked at first."""
     tiles = [
@@ -127,7 +146,8 @@ def _plots(source: Source) -> Iterator[str]:
     from aerosim.metrics.photos import PERIOD_PRACTICE
     from aerosim.report import plots
 
-    tolerance = 100.0 * PERIOD_PRACTICE.end_lap
+    limit = PERIOD_PRACTICE
+    tolerance = 100.0 * limit.end_lap
     flown = source.count(source.telemetry) > 1
     wanted: tuple[tuple[str, str, bool, Callable[[], str]], ...] = (
         (
@@ -145,7 +165,9 @@ def _plots(source: Source) -> Iterator[str]:
         (
             "Photos",
             f"End lap with the photo before; tolerance {tolerance:g} % to either side of the wanted one. "
-            f"Tilt of the optical axis; blur in picture pixels. Verdicts: {_verdicts(source)}.",
+            f"Tilt of the optical axis (at most {math.degrees(limit.tilt):g} deg), blur in picture pixels (at "
+            f"most {limit.blur:g}); crab may be {math.degrees(limit.crab):g} deg. Verdicts of all photos: "
+            f"{_verdicts(source)}.",
             flown and source.count(source.photos) > 0,
             lambda: plots.photos(source, tolerance),
         ),
@@ -210,6 +232,7 @@ def page(source: Source) -> str:
     name, purpose = escape(source.scenario.name), escape(source.scenario.purpose)
     body = [
         _verdict(source),
+        _flown(source),
         _tiles(source),
         _expectations(source),
         _map(source),

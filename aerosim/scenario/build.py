@@ -33,6 +33,7 @@ from aerosim.world.terrain import Terrain, find_terrain
 
 # Beyond the last line's end, run-ins and turns stay within this of the lines, for the local map
 MAP_MARGIN = 40_000.0
+CLEARANCE = 150.0  # m, least height above the ground under a line: the legal one over open land
 CORRIDOR = 1000.0  # m, half width of the ground whose mean height the flying height is above
 
 
@@ -99,7 +100,7 @@ def plan_of(scenario: Scenario, terrain: Terrain) -> tuple[FlightPlan, float]:
         with at(scenario, f"flight.lines.{index}"):
             start, end = wanted.start_deg, wanted.end_deg
             lines.append(Line((radians(start[0]), radians(start[1])), (radians(end[0]), radians(end[1]))))
-    means = []
+    under = []
     for index, line in enumerate(lines):
         with at(scenario, f"flight.lines.{index}"):
             lat, lon = np.transpose([line.start, line.end])
@@ -109,15 +110,18 @@ def plan_of(scenario: Scenario, terrain: Terrain) -> tuple[FlightPlan, float]:
                 raise InputError(
                     f"line {index} leaves the terrain by {outside:.0f} m", allowed="terrain.outside: mask flies it"
                 )
-            means.append((terrain.mean_height(east, north, CORRIDOR).mean, line.length))
-    ground = float(np.average([m for m, _ in means], weights=[w for _, w in means]))
+            under.append(terrain.mean_height(east, north, CORRIDOR))
+    ground = float(np.average([heights.mean for heights in under], weights=[line.length for line in lines]))
     height = flight.height_m + (ground if flight.height_above == "mean_terrain" else 0.0)
     with at(scenario, "flight.height_m"):
-        if height - ground < 100.0:
-            raise InputError(
-                f"{height:.0f} m above the ellipsoid is only {height - ground:.0f} m above the mean terrain",
-                allowed="100 m and more",
-            )
+        for index, heights in enumerate(under):
+            if height - heights.high < CLEARANCE:
+                raise InputError(
+                    f"{height:.0f} m above the ellipsoid is {height - heights.high:.0f} m "
+                    f"above the highest ground under line {index}",
+                    allowed=f"{CLEARANCE:.0f} m and more: flight.height_m from "
+                    f"{np.ceil(flight.height_m + CLEARANCE - height + heights.high):.0f} on",
+                )
         plan = FlightPlan(lines, height, flight.airspeed_m_s, flight.run_in_s, radians(flight.bank_max_deg))
     return plan, ground
 

@@ -121,11 +121,12 @@ def geoid(vertical: str | CRS) -> VerticalDatum:
             return VerticalDatum(crs.name, transformer=transformer)
     grids = [g.short_name for op in group.unavailable_operations[:1] for g in op.grids]
     needs = f" (it needs {' and '.join(grids)})" if grids else ""
+    other = "egm2008" if "EGM96" in crs.name else "egm96"
     raise InputError(
         f"heights refer to {crs.name!r} and PROJ has no grid here to make them ellipsoidal{needs}",
         key=KEY,
-        allowed=f"install the grid into {_user_folder()} or a folder of PROJ_DATA, name a substitute such as "
-        "egm96 if its grid is there, or give the undulation as {undulation_m: x}",
+        allowed=f"install the grid into {_user_folder()} or a folder of PROJ_DATA, name {other} if its grid "
+        "is there, or give the undulation as {undulation_m: x}",
     )
 
 

@@ -58,6 +58,12 @@ class Terrain:
         Raises InputError: a bad raster, no way to ellipsoidal heights, files that do not overlap.
         """
         heights = RasterFile(elevation)
+        if heights.count != 1:
+            raise InputError(
+                f"elevation {elevation} has {heights.count} bands, heights have one",
+                key="terrain.source",
+                allowed="orthophoto first, elevation second: are the two swapped?",
+            )
         return cls(RasterFile(orthophoto), heights, datum.resolve(vertical_datum, heights))
 
     def elevation(self, resolution_m: float = 0.0) -> WindowedRaster:

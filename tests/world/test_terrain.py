@@ -232,3 +232,9 @@ class TestShipped:
         correlation = np.fft.fftshift(np.fft.ifft2(power).real) / power.mean()
         away = np.hypot(*np.mgrid[-200:200, -200:200]) * 20.0
         assert correlation[(away > 300.0) & (away < 2000.0)].max() < 0.3
+
+
+def test_an_orthophoto_is_no_elevation() -> None:
+    orthophoto, elevation = find_terrain("pine_mountain")
+    with pytest.raises(InputError, match=r"3 bands.*swapped"):
+        Terrain.open(elevation, orthophoto, "ellipsoidal")
