@@ -8,6 +8,7 @@ import errno
 import json
 import os
 import signal
+import shlex
 import subprocess
 import sys
 from collections.abc import Callable
@@ -125,7 +126,11 @@ def test_the_module_runs_as_the_command_does(tmp_path: Path) -> None:
 
 def test_a_reader_who_leaves_is_no_error() -> None:
     done = subprocess.run(
-        f"{sys.executable} -m aerosim schema | head -n 1", shell=True, capture_output=True, text=True, check=False
+        f"{shlex.quote(sys.executable)} -m aerosim schema | head -n 1",
+        shell=True,
+        capture_output=True,
+        text=True,
+        check=False,
     )
     assert (done.stdout, done.stderr) == ("{\n", "")
 

@@ -62,7 +62,8 @@ EXCEPTIONS: dict[tuple[str, str], str] = {
 def modules(package: Path = PACKAGE) -> dict[str, Path]:
     """Every module by its dotted name below aerosim; the package itself is ``aerosim``."""
     found = {}
-    for file in sorted(package.rglob("*.py")):
+    # an installed package carries the scripts that made its data; they are not of the package
+    for file in sorted(f for f in package.rglob("*.py") if "_data" not in f.parts):
         parts = file.relative_to(package).with_suffix("").parts
         found[".".join(part for part in parts if part != "__init__") or "aerosim"] = file
     return found

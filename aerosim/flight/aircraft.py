@@ -238,24 +238,14 @@ class Aircraft:
     def step(self, north: float, east: float, down: float, p: float, q: float, r: float) -> None:
         """One step in moving air: its velocity in n, gusts included, m/s (where it goes to); p, q, r in b, rad/s.
 
-        Raises RunFailure when the aircraft is lost (looked at every 24 steps).
+        Raises RunFailure when the aircraft is lost.
         """
-        to_north, to_east, to_down, roll, pitch, yaw = self._air
-        to_north(north * PER_FOOT)
-        to_east(east * PER_FOOT)
-        to_down(down * PER_FOOT)
-        roll(p)
-        pitch(q)
-        yaw(r)
-        self.bare_step()
-        self.steps += 1
-        if self.steps % CHECK_EVERY == 0:
-            self._check()
+        self.fly((AirState(north, east, down, 0.0, 0.0, 0.0, p, q, r),), (0.0,) * 9)
 
     def fly(self, air: Sequence[AirState], mat_nb: tuple[float, ...]) -> None:
         """As many steps as there are states of the air; mat_nb (row by row) turns their gusts into n.
 
-        The same as `step` after step, in one go.  Raises RunFailure when the aircraft is lost.
+        Raises RunFailure when the aircraft is lost (looked at about every 24 steps).
         """
         to_north, to_east, to_down, roll, pitch, yaw = self._air
         nu, nv, nw, eu, ev, ew, du, dv, dw = (PER_FOOT * part for part in mat_nb)
