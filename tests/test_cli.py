@@ -7,8 +7,8 @@ from __future__ import annotations
 import errno
 import json
 import os
-import signal
 import shlex
+import signal
 import subprocess
 import sys
 from collections.abc import Callable
