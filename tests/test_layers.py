@@ -37,7 +37,6 @@ ALLOWED: dict[str, set[str]] = {
     **dict.fromkeys(RECORD, GEOMETRY | RECORD | {"signals", "truth", "scenario"}),
     "metrics": GEOMETRY | RECORD | {"signals", "truth"},
     "report": GEOMETRY | RECORD | {"metrics"},
-    "formats": GEOMETRY | RECORD,
     "forecast": GEOMETRY | {"scenario", "scenario.build", "world", "flight", "metrics"},
     "simulate": GEOMETRY | LOOP,
     "sweep": GEOMETRY | RECORD | {"scenario", "metrics", "simulate", "report"},
