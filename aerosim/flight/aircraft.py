@@ -276,7 +276,7 @@ class Aircraft:
 
     def state(self) -> AircraftState:
         """State now, SI."""
-        lat, lon, h, vn, ve, vd, roll, pitch, heading, p, q, r, airspeed = (get() for get in self._state)
+        lat, lon, h, vn, ve, vd, roll, pitch, heading, p, q, r, airspeed = [get() for get in self._state]
         return AircraftState(
             self.steps * self.step_period, lat, lon, h * FOOT, vn * FOOT, ve * FOOT, vd * FOOT,
             roll, pitch, heading, p, q, r, airspeed * FOOT,

@@ -47,17 +47,20 @@ class Mount:
 
     def step(self, command: float) -> None:
         """One step towards the commanded yaw (rad), as it was `delay` ago."""
-        self._queue.append(command)
-        limit = self._par.yaw_limit
-        target = min(max(self._queue.popleft(), -limit), limit)
-        move = min(max((target - self.yaw) * self._follow, -self._most), self._most)
-        self.yaw += move
-        self.rate = move / self._dt
+        self.advance(command, 1)
 
     def advance(self, command: float, steps: int) -> None:
         """Several steps towards the same command."""
+        queue, limit, most, follow = self._queue, self._par.yaw_limit, self._most, self._follow
+        yaw, move = self.yaw, 0.0
         for _ in range(steps):
-            self.step(command)
+            queue.append(command)
+            target = queue.popleft()
+            target = limit if target > limit else -limit if target < -limit else target
+            move = (target - yaw) * follow
+            move = most if move > most else -most if move < -most else move
+            yaw += move
+        self.yaw, self.rate = yaw, move / self._dt
 
     def read(self, t: float) -> MountReading:
         """The encoder's reading at time t (s)."""

@@ -124,16 +124,16 @@ def expose_row(
     (along, step_x), (across, step_y) = _blur(
         ahead, focal, smear_along, smear_across, exposure, height - guess, m, vel_n, omega, ortho_place
     )
-    total_h, total_light, missing, h = 0.0, 0.0, 0, guess
+    total_h, total_light, missing, h, slope = 0.0, 0.0, 0, guess, 0.0
     for i in range(pixels):
         y = i - (pixels - 1) / 2.0
         d0 = m[0, 0] * ahead + m[0, 1] * y + m[0, 2] * focal
         d1 = m[1, 0] * ahead + m[1, 1] * y + m[1, 2] * focal
         d2 = m[2, 0] * ahead + m[2, 1] * y + m[2, 2] * focal
-        s, found = relief_depth(d0, d1, d2, height, h, relief, on_relief)
+        s, found = relief_depth(d0, d1, d2, height, h + slope, relief, on_relief)
         light = np.nan
         if not np.isnan(s):
-            h = found
+            slope, h = (found - h if i > 0 else 0.0), found
             # ground vectors from sample to sample: along x and y of c, on the level plane
             k0, k1 = d0 / d2, d1 / d2
             xn, xe = s * step_x * (m[0, 0] - m[2, 0] * k0), s * step_x * (m[1, 0] - m[2, 0] * k1)
