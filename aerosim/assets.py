@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-KINDS = ("aircraft", "terrain", "scenarios")
-
 
 def folder(kind: str) -> Path:
     """Folder of a kind of shipped files: inside the wheel, or beside the package in a checkout."""

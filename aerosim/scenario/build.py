@@ -45,7 +45,6 @@ class Mission:
     duration: float
     terrain: Terrain
     ground: GroundView
-    ground_height: float
     air: Air
     flight: JsbsimFlight
     mount: Mount
@@ -181,7 +180,6 @@ def build(scenario: Scenario) -> Mission:
         duration=duration,
         terrain=terrain,
         ground=ground,
-        ground_height=ground_height,
         air=air,
         flight=flight,
         mount=Mount(_mount(scenario, flight.state().pitch), dt, rng_of("mount.encoder")),
