@@ -99,7 +99,8 @@ def imported(source: str, module: str, is_package: bool, known: set[str]) -> Ite
 
 
 def part_of(module: str) -> str:
-    return module if module == "scenario.build" else module.split(".", maxsplit=1)[0]
+    inside_build = module == "scenario.build" or module.startswith("scenario.build.")
+    return "scenario.build" if inside_build else module.split(".", maxsplit=1)[0]
 
 
 def excepted(module: str, other: str) -> bool:
