@@ -74,7 +74,7 @@ def _loop(m: Mission, log: Recorder, progress: Progress | None) -> None:
     while True:
         # one instant at which a device has its turn
         t = step * m.dt
-        air, line, aircraft = m.air.at(step), flight.line, flight.state()
+        line, aircraft = flight.line, flight.state()
         sees, records = step % m.rows_every == 0, step % m.record_every == 0
         until = min(m.rows_every - step % m.rows_every, m.record_every - step % m.record_every)
 
@@ -87,6 +87,8 @@ def _loop(m: Mission, log: Recorder, progress: Progress | None) -> None:
         if sees or records:
             spot = m.ground.around(aircraft.lat, aircraft.lon, rows.reach(aircraft.height))
             under = below(spot, aircraft.heading, *m.footprint)
+            if aircraft.height <= under.nadir:
+                raise RunFailure(f"the aircraft hit the ground at {t:.2f} s, {under.nadir:.0f} m high")
         if sees and surveying:
             opens = recogniser.opens()
             if opens:
@@ -109,7 +111,7 @@ def _loop(m: Mission, log: Recorder, progress: Progress | None) -> None:
         if camera.due(t):
             log.shot(camera.expose(aircraft, mount))
         if records:
-            log.sample(aircraft, air, mount.yaw, yaw_read, estimate, under, line, flight.cross_track)
+            log.sample(aircraft, flight.air, mount.yaw, yaw_read, estimate, under, line, flight.cross_track)
         if flight.done:
             return
 
@@ -117,7 +119,7 @@ def _loop(m: Mission, log: Recorder, progress: Progress | None) -> None:
         steps = max(1, min(until, camera.steps_to_next(t)))
         mount.advance(command.mount_yaw if surveying else 0.0, steps)
         before = time.perf_counter()
-        flight.advance(m.air.span(step, steps))
+        flight.advance(steps)
         log.fdm_wall += time.perf_counter() - before
         step += steps
         if t >= watched:

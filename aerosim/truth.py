@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 from aerosim.frames import Array
+
+# tells latitude, longitude (rad) and ellipsoidal height (m) of the aircraft
+Where = Callable[[], tuple[float, float, float]]
 
 
 class AircraftState(NamedTuple):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -235,30 +234,24 @@ class Aircraft:
         self._set("ap/h-cmd-ft", height * PER_FOOT)
         self._set("ap/v-cmd-fps", airspeed * PER_FOOT)
 
-    def step(self, north: float, east: float, down: float, p: float, q: float, r: float) -> None:
-        """One step in moving air: its velocity in n, gusts included, m/s (where it goes to); p, q, r in b, rad/s.
-
-        Raises RunFailure when the aircraft is lost.
-        """
-        self.fly((AirState(north, east, down, 0.0, 0.0, 0.0, p, q, r),), (0.0,) * 9)
-
-    def fly(self, air: Sequence[AirState], mat_nb: tuple[float, ...]) -> None:
-        """As many steps as there are states of the air; mat_nb (row by row) turns their gusts into n.
-
-        Raises RunFailure when the aircraft is lost (looked at about every 24 steps).
-        """
+    def feel(self, air: AirState, mat_nb: tuple[float, ...]) -> None:
+        """Put the aircraft into this air until it is put into another; mat_nb (row by row) turns gusts into n."""
         to_north, to_east, to_down, roll, pitch, yaw = self._air
-        nu, nv, nw, eu, ev, ew, du, dv, dw = (PER_FOOT * part for part in mat_nb)
+        north, east, down, u, v, w, p, q, r = air
+        nu, nv, nw, eu, ev, ew, du, dv, dw = mat_nb
+        to_north(PER_FOOT * (north + nu * u + nv * v + nw * w))
+        to_east(PER_FOOT * (east + eu * u + ev * v + ew * w))
+        to_down(PER_FOOT * (down + du * u + dv * v + dw * w))
+        roll(p)
+        pitch(q)
+        yaw(r)
+
+    def advance(self, steps: int) -> None:
+        """Fly so many steps.  Raises RunFailure when the aircraft is lost (looked at about every 24 steps)."""
         run = self.bare_step
-        for north, east, down, u, v, w, p, q, r in air:
-            to_north(PER_FOOT * north + nu * u + nv * v + nw * w)
-            to_east(PER_FOOT * east + eu * u + ev * v + ew * w)
-            to_down(PER_FOOT * down + du * u + dv * v + dw * w)
-            roll(p)
-            pitch(q)
-            yaw(r)
+        for _ in range(steps):
             run()
-        before, self.steps = self.steps, self.steps + len(air)
+        before, self.steps = self.steps, self.steps + steps
         if before // CHECK_EVERY != self.steps // CHECK_EVERY:
             self._check()
 
@@ -281,6 +274,10 @@ class Aircraft:
             self.steps * self.step_period, lat, lon, h * FOOT, vn * FOOT, ve * FOOT, vd * FOOT,
             roll, pitch, heading, p, q, r, airspeed * FOOT,
         )  # fmt: skip
+
+    def place(self) -> tuple[float, float, float]:
+        """Latitude, longitude (rad), ellipsoidal height (m)."""
+        return self._state[0](), self._state[1](), self._state[2]() * FOOT
 
     def attitude(self) -> tuple[float, float, float]:
         """Roll, pitch, heading, rad."""

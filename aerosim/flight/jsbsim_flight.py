@@ -2,64 +2,75 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from math import cos, sin
+from typing import Protocol
 
 from aerosim.flight.aircraft import Aircraft
 from aerosim.flight.guidance import Guidance, Phase
 from aerosim.flight.plan import FlightPlan, wind_triangle
-from aerosim.truth import AircraftState, AirState
+from aerosim.truth import AircraftState, AirState, Where
 
-GUIDANCE_RATE_HZ = 20.0
+GUIDANCE_EVERY = 2  # states of the air
+
+
+class Air(Protocol):
+    """The air that a flight asks for, state after state."""
+
+    def at(self, index: int, where: Where) -> AirState:
+        """State number `index` at the place that `where` tells; asked in rising order."""
 
 
 class JsbsimFlight:
     """A plan flown by JSBSim.  It starts trimmed in the wind, at the run-in of line 0.
 
-    Raises InputError for a plan that this aircraft cannot fly in this wind.
+    air: what the aircraft feels now.  Raises InputError for a plan that this aircraft cannot fly in this wind.
     """
 
-    def __init__(
-        self, aircraft: Aircraft, plan: FlightPlan, wind_n: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    ) -> None:
-        """wind_n: velocity of the air at the start, north, east, down, m/s."""
+    def __init__(self, aircraft: Aircraft, plan: FlightPlan, air: Air, hold: int) -> None:
+        """air: its states follow each other every `hold` steps."""
         self.aircraft = aircraft
         self.plan = plan
+        self._air = air
+        self._hold = hold
+        first = plan.lines[0]
+        lat, lon = first.start
+        self.air = air.at(0, lambda: (lat, lon, plan.height))
+        wind_n = self.air[:3]
         for line in plan.lines:
             wind_triangle(line.course, plan.airspeed, wind_n[0], wind_n[1])
-        first = plan.lines[0]
         distance = plan.run_in_distance(first, wind_n[0], wind_n[1])
         lat, lon = first.before_start(distance, plan.height)
         course = first.course_at(lat, lon)
         self.trim = aircraft.start(lat, lon, plan.height, course, plan.airspeed, wind_n)
-        self._every = max(1, round(aircraft.step_rate / GUIDANCE_RATE_HZ))
-        self._guidance = Guidance(plan, self._every * aircraft.step_period)
+        self._guidance = Guidance(plan, GUIDANCE_EVERY * hold * aircraft.step_period)
         self._guidance.roll_command = self.trim.roll
-        self._until = 0
-        self._mat_nb = _mat_nb(*aircraft.attitude())
+        self._index = 0
+        self._left = 0
 
-    def step(self, air: AirState) -> None:
-        """One step of the aircraft in this air, see `advance`."""
-        self.advance((air,))
-
-    def advance(self, air: Sequence[AirState]) -> None:
-        """A step of the aircraft in each of these states of the air.  Raises RunFailure when it is lost.
+    def advance(self, steps: int) -> None:
+        """Fly so many steps.  Raises RunFailure when the aircraft is lost.
 
         Gusts are turned from b to n by the attitude of the last guidance step, at most 50 ms old: at 4 deg/s of
         roll that misplaces 0.4 % of a gust.
         """
-        while air:
-            if self._until == 0:
-                self._guide(air[0])
-            now, air = air[: self._until], air[self._until :]
-            self.aircraft.fly(now, self._mat_nb)
-            self._until -= len(now)
+        while steps:
+            if self._left == 0:
+                self._meet_air()
+            now = min(steps, self._left)
+            self.aircraft.advance(now)
+            self._left -= now
+            steps -= now
 
-    def _guide(self, air: AirState) -> None:
+    def _meet_air(self) -> None:
+        """The next state of the air, and every second time the guidance's next word."""
         aircraft = self.aircraft
-        self._until = self._every
-        aircraft.command_roll(self._guidance.update(aircraft.ecef(), air.wind_north, air.wind_east))
-        self._mat_nb = _mat_nb(*aircraft.attitude())
+        self.air = air = self._air.at(self._index, aircraft.place)
+        if self._index % GUIDANCE_EVERY == 0:
+            aircraft.command_roll(self._guidance.update(aircraft.ecef(), air.wind_north, air.wind_east))
+            self._mat_nb = _mat_nb(*aircraft.attitude())
+        aircraft.feel(air, self._mat_nb)
+        self._index += 1
+        self._left = self._hold
 
     def state(self) -> AircraftState:
         """State of the aircraft now."""

@@ -12,10 +12,11 @@ from typing import Protocol
 import numpy as np
 
 from aerosim.frames import Array
-from aerosim.truth import AirState
+from aerosim.truth import AirState, Where
 from aerosim.world.dryden import dryden_processes
 from aerosim.world.process import GaussProcess
 
+AIR_RATE_HZ = 40.0
 BLOCK = 512  # short, so that few objects are alive at a time
 
 
@@ -51,23 +52,13 @@ class Air:
         self._states: list[AirState] = []
         self._extend()
 
-    def at(self, step: int) -> AirState:
-        """State of the air at a step.  Steps may repeat or run on; IndexError for one behind the current block."""
-        while step >= self._first + len(self._states):
+    def at(self, index: int, where: Where) -> AirState:
+        """State number `index`; IndexError for one behind the current block.  where: not asked, see `Where`."""
+        while index >= self._first + len(self._states):
             self._extend()
-        if step < self._first:
-            raise IndexError(f"the air of step {step} is gone")
-        return self._states[step - self._first]
-
-    def span(self, step: int, count: int) -> list[AirState]:
-        """States of `count` steps from this one on, as `at` gives them."""
-        self.at(step)
-        first = step - self._first
-        found = self._states[first : first + count]
-        while len(found) < count:
-            self._extend()
-            found += self._states[: count - len(found)]
-        return found
+        if index < self._first:
+            raise IndexError(f"state {index} of the air is gone")
+        return self._states[index - self._first]
 
     def _extend(self) -> None:
         self._first += len(self._states)

@@ -12,7 +12,7 @@ from aerosim.flight.jsbsim_flight import JsbsimFlight, bare_loop
 from aerosim.flight.plan import Line
 from aerosim.truth import AirState
 
-from .conftest import AIRSPEED, HEIGHT, beside, line_of, steps, still
+from .conftest import AIRSPEED, HEIGHT, Steady, beside, line_of, steps
 
 Make = Callable[..., JsbsimFlight]
 
@@ -22,7 +22,7 @@ def test_line_is_held_in_steady_wind(fly: Make, wind: tuple[float, float]) -> No
     flight = fly([line_of(90.0, 15_000.0)], wind, run_in_s=20.0)
     assert abs(flight.cross_track) < 0.01
     phases, worst, heights = [], 0.0, []
-    for step in steps(flight, wind, 400.0):
+    for step in steps(flight, 400.0):
         if step % 12 == 0:
             worst = max(worst, abs(flight.cross_track))
             heights.append(flight.state().height)
@@ -38,7 +38,7 @@ def test_line_begins_and_ends_where_it_should(fly: Make) -> None:
     line = line_of(90.0, 8000.0)
     flight = fly([line], run_in_s=20.0)
     at = {}
-    for _ in steps(flight, (0.0, 0.0), 300.0):
+    for _ in steps(flight, 300.0):
         at.setdefault(flight.phase, flight.state())
     assert at[Phase.LINE].t == pytest.approx(20.0, abs=0.06)
     # One period of the guidance, 0.05 s, is 3.5 m.
@@ -53,7 +53,7 @@ def test_off_the_line_is_flown_back_to_it(fly: Make) -> None:
     lat, lon = beside(start, 200.0, 0.0)
     flight.aircraft.start(lat, lon, HEIGHT, 0.0, AIRSPEED)
     assert flight.cross_track == pytest.approx(200.0, abs=1.0)
-    offsets = [flight.cross_track for _ in steps(flight, (0.0, 0.0), 400.0)]
+    offsets = [flight.cross_track for _ in steps(flight, 400.0)]
     assert np.abs(offsets[60 * 120 :]).max() < 10.0
     assert np.abs(offsets[-120:]).max() < 0.5
 
@@ -72,7 +72,7 @@ def test_next_line_is_captured_before_it_begins(fly: Make, spacing: float, wind:
     flight = fly(block(90.0, spacing), wind)
     forecast = flight.plan.forecast(*wind)
     offsets, rolls = [], []
-    for _ in steps(flight, wind, 1500.0):
+    for _ in steps(flight, 1500.0):
         roll, _, _ = flight.aircraft.attitude()
         assert abs(roll) < math.radians(20.5)
         if flight.line == 1:
@@ -89,9 +89,7 @@ def test_wind_from_the_other_side_mirrors_the_drift(fly: Make) -> None:
     drift = {}
     for wind_north in (-10.0, 10.0):
         flight = fly([line_of(90.0, 6000.0)], (wind_north, 0.0), run_in_s=10.0)
-        air = still(wind_north)
-        for _ in range(120 * 40):
-            flight.step(air)
+        flight.advance(120 * 40)
         state = flight.state()
         drift[wind_north] = math.degrees(math.atan2(state.v_east, state.v_north) - state.heading)
     assert drift[-10.0] == pytest.approx(math.degrees(math.asin(10.0 / AIRSPEED)), abs=0.05)
@@ -105,32 +103,40 @@ def test_gusts_come_along_the_axes_of_the_body(fly: Make) -> None:
 
     flight = fly([line_of(37.0, 20_000.0)], (3.0, -4.0))
     flight.aircraft.command_roll(0.2)
-    for _ in range(240):
-        flight.step(still(3.0, -4.0))
+    flight.advance(240)
     before = flight.state()  # guidance is due in this step, so the gust is turned by the attitude of now
     mat_nb = mat_from_attitude(before.heading, before.pitch, before.roll)
     gust_b = np.array([2.0, -3.0, 4.0])
-    flight.step(AirState(3.0, -4.0, 0.0, *gust_b, 0.0, 0.0, 0.0))
+    blow(flight, AirState(3.0, -4.0, 0.0, *gust_b, 0.0, 0.0, 0.0))
+    flight.advance(1)
+    assert flight.air.u == 2.0
     names = ("north", "east", "down")
     found = [flight.aircraft._fdm[f"atmosphere/wind-{name}-fps"] * 0.3048 for name in names]
     assert found == pytest.approx(mat_nb @ gust_b + [3.0, -4.0, 0.0], abs=1e-9)
 
 
+def blow(flight: JsbsimFlight, state: AirState) -> None:
+    """Other air from the next state on."""
+    assert isinstance(flight._air, Steady)
+    flight._air.state = state
+
+
 def gusty(flight: JsbsimFlight, sigma: float, seconds: int, seed: int) -> dict[str, np.ndarray]:
     """A flight through first-order gusts of the given sigma (m/s), 533 m long, and rates that go with them."""
     rng = np.random.default_rng(seed)
-    keep = math.exp(-AIRSPEED / 533.0 / 120.0)
-    keep_rate = math.exp(-math.pi * AIRSPEED / (4.0 * 19.8) / 120.0)
-    noise = rng.normal(0.0, sigma * math.sqrt(1.0 - keep**2), (seconds * 120, 3)).tolist()
+    keep = math.exp(-AIRSPEED / 533.0 / 40.0)
+    keep_rate = math.exp(-math.pi * AIRSPEED / (4.0 * 19.8) / 40.0)
+    noise = rng.normal(0.0, sigma * math.sqrt(1.0 - keep**2), (seconds * 40, 3)).tolist()
     # rms of the roll gust by MIL-F-8785C for 19.8 m of span and this length: 0.0160 rad/s for each m/s.
-    rates = rng.normal(0.0, 0.016 * sigma * math.sqrt(1.0 - keep_rate**2), seconds * 120).tolist()
+    rates = rng.normal(0.0, 0.016 * sigma * math.sqrt(1.0 - keep_rate**2), seconds * 40).tolist()
     u = v = w = p = 0.0
     rows = []
     for index, (du, dv, dw) in enumerate(noise):
         u, v, w = keep * u + du, keep * v + dv, keep * w + dw
         p = keep_rate * p + rates[index]
-        flight.step(AirState(-8.0, 0.0, 0.0, u, v, w, p, 0.0, 0.0))
-        if index % 6 == 0:
+        blow(flight, AirState(-8.0, 0.0, 0.0, u, v, w, p, 0.0, 0.0))
+        flight.advance(3)
+        if index % 2 == 0:
             state = flight.state()
             rows.append((flight.cross_track, state.height - HEIGHT, state.roll, state.p, state.q, state.r))
     return dict(zip(("across", "height", "roll", "p", "q", "r"), np.transpose(rows), strict=True))
@@ -162,10 +168,11 @@ def test_block_of_ten_lines_in_wind_and_gusts(fly: Make, wind_to: int) -> None:
     rows = [(beside(corner, 0.0, 800.0 * k), beside(corner, 10_000.0, 800.0 * k)) for k in range(10)]
     flight = fly([Line(*row) if k % 2 == 0 else Line(*row[::-1]) for k, row in enumerate(rows)], wind)
     rng = np.random.default_rng(wind_to)
-    keep, gust, line, begun, offsets = math.exp(-AIRSPEED / 533.0 / 120.0), np.zeros(3), -1, 0, []
+    keep, gust, line, begun, offsets = math.exp(-AIRSPEED / 533.0 / 40.0), np.zeros(3), -1, 0, []
     while not flight.done:
         gust = keep * gust + rng.normal(0.0, 0.7 * math.sqrt(1.0 - keep**2), 3)
-        flight.step(AirState(*wind, 0.0, *gust.tolist(), 0.0, 0.0, 0.0))
+        blow(flight, AirState(*wind, 0.0, *gust.tolist(), 0.0, 0.0, 0.0))
+        flight.advance(3)
         if flight.line != line:
             line = flight.line
             if line >= 0:

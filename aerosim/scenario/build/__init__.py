@@ -30,7 +30,7 @@ from aerosim.scenario.scenario import Scenario
 from aerosim.sensing.ccd_rows import CcdRows
 from aerosim.sensing.frame_camera import FrameCamera, ShutterParameters
 from aerosim.sensing.mount import Mount
-from aerosim.world.air import Air, make_air
+from aerosim.world.air import AIR_RATE_HZ, make_air
 from aerosim.world.ground import GroundView
 from aerosim.world.terrain import Terrain
 
@@ -60,7 +60,6 @@ class Mission:
     duration: float
     terrain: Terrain
     ground: GroundView
-    air: Air
     flight: JsbsimFlight
     mount: Mount
     rows: CcdRows
@@ -88,6 +87,7 @@ def build(scenario: Scenario) -> Mission:
         aircraft = Aircraft(aircraft_folder(scenario), rate, scenario.aircraft.fuel_kg)
     with at(scenario, "flight.airspeed_m_s"):
         aircraft.check_speed(plan.height, plan.airspeed)
+    hold = max(1, round(rate / AIR_RATE_HZ))
     air = make_air(
         steady_wind(scenario),
         scenario.air.slow_wind.sigma_m_s,
@@ -96,13 +96,13 @@ def build(scenario: Scenario) -> Mission:
         scenario.air.turbulence.length_m,
         plan.airspeed,
         aircraft.span,
-        dt,
+        hold * dt,
         rng_of,
     )
     with at(scenario, "air.wind"):
         for line in plan.lines:
             wind_triangle(line.course, plan.airspeed, *steady_wind(scenario)[:2])
-        flight = JsbsimFlight(aircraft, plan, air.at(0)[:3])
+        flight = JsbsimFlight(aircraft, plan, air, hold)
         duration = plan.forecast(*steady_wind(scenario)[:2]).duration
     lat, lon = np.transpose([point for line in plan.lines for point in (line.start, line.end)])
     local = terrain.grid.local(lat, lon, MAP_MARGIN)
@@ -114,7 +114,6 @@ def build(scenario: Scenario) -> Mission:
         duration=duration,
         terrain=terrain,
         ground=ground,
-        air=air,
         flight=flight,
         mount=Mount(mount_of(scenario, flight.state().pitch), dt, rng_of("mount.encoder")),
         rows=CcdRows(rows_of(scenario), ground_height, rng_of("ccd_rows.noise")),
