@@ -44,6 +44,7 @@ class JsbsimFlight:
         self.trim = aircraft.start(lat, lon, plan.height, course, plan.airspeed, wind_n)
         self._guidance = Guidance(plan, GUIDANCE_EVERY * hold * aircraft.step_period)
         self._guidance.roll_command = self.trim.roll
+        self._where = aircraft.place
         self._index = 0
         self._left = 0
 
@@ -53,24 +54,25 @@ class JsbsimFlight:
         Gusts are turned from b to n by the attitude of the last guidance step, at most 50 ms old: at 4 deg/s of
         roll that misplaces 0.4 % of a gust.
         """
-        while steps:
-            if self._left == 0:
-                self._meet_air()
-            now = min(steps, self._left)
-            self.aircraft.advance(now)
-            self._left -= now
-            steps -= now
+        left, advance = self._left, self.aircraft.advance
+        while steps > left:
+            if left:
+                advance(left)
+                steps -= left
+            self._meet_air()
+            left = self._hold
+        advance(steps)
+        self._left = left - steps
 
     def _meet_air(self) -> None:
         """The next state of the air, and every second time the guidance's next word."""
         aircraft = self.aircraft
-        self.air = air = self._air.at(self._index, aircraft.place)
+        self.air = air = self._air.at(self._index, self._where)
         if self._index % GUIDANCE_EVERY == 0:
             aircraft.command_roll(self._guidance.update(aircraft.ecef(), air.wind_north, air.wind_east))
             self._mat_nb = _mat_nb(*aircraft.attitude())
         aircraft.feel(air, self._mat_nb)
         self._index += 1
-        self._left = self._hold
 
     def state(self) -> AircraftState:
         """State of the aircraft now."""
