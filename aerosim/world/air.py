@@ -1,4 +1,4 @@
-"""The air at the aircraft: steady wind, slow wind and continuous turbulence, one generator each.
+"""The air at the aircraft: states made block by block, with what depends on the place added when it is asked.
 
 Not JSBSim's turbulence: that turns u and v into a frame that follows the wind's azimuth, so a crosswind changes
 the roll that the same severity gives.
@@ -13,11 +13,14 @@ import numpy as np
 
 from aerosim.frames import Array
 from aerosim.truth import AirState, Where
-from aerosim.world.dryden import dryden_processes
-from aerosim.world.process import GaussProcess
+from aerosim.world.turbulence import RngOf
+from aerosim.world.wind import wind_n
+
+__all__ = ["AIR_RATE_HZ", "Air", "PlaceWind", "Source", "TimeWind", "make_air", "wind_n"]
 
 AIR_RATE_HZ = 40.0
-BLOCK = 512  # short, so that few objects are alive at a time
+"""Wanted rate of the air; a flight holds a state for round(step rate / this) steps."""
+BLOCK = 256  # short, so that few objects are alive at a time
 
 
 class Source(Protocol):
@@ -27,49 +30,95 @@ class Source(Protocol):
         """The next (steps, k) values."""
 
 
-def wind_n(speed: float, from_azimuth: float) -> tuple[float, float, float]:
-    """Velocity of the air in n (m/s) of a wind that comes FROM an azimuth (rad, clockwise from north)."""
-    return -speed * float(np.cos(from_azimuth)), -speed * float(np.sin(from_azimuth)), 0.0
+class PlaceWind(Protocol):
+    """A component of the air that depends on the place."""
+
+    def at(self, t: float, lat: float, lon: float, height: float) -> tuple[float, float, float]:
+        """Velocity of the air in n, m/s.  t: s after the start; lat, lon: rad; height: ellipsoidal, m."""
 
 
-def slow_wind_process(sigma: float, time_constant: float, dt: float, rng: np.random.Generator) -> GaussProcess:
-    """One component of the slow wind: first-order Gauss-Markov.  m/s, s; it starts in its stationary state."""
-    return GaussProcess([[-1.0 / time_constant]], [[sigma * np.sqrt(2.0 / time_constant)]], [[1.0]], dt, rng)
+class TimeWind(Protocol):
+    """A component of the air that is given over time."""
+
+    def at(self, t: Array) -> Array:
+        """Velocity of the air in n, (n, 3), m/s, at times (n,), s after the start."""
 
 
 class Air:
-    """The air along the flight, one state a step, made block by block so that a run of any length fits."""
+    """The air along the flight, one state an air step.
+
+    Without a component that depends on the place a state is taken from a list; with one, the aircraft's place is
+    asked for, once a step.
+    """
 
     def __init__(
-        self, steady: tuple[float, float, float], slow: Sequence[Source], gusts: Sequence[Source]
+        self,
+        dt: float,
+        steady: tuple[float, float, float] = (0.0, 0.0, 0.0),
+        *,
+        slow: Sequence[Source] = (),
+        turbulence: Sequence[Source] = (),
+        times: Sequence[TimeWind] = (),
+        places: Sequence[PlaceWind] = (),
     ) -> None:
-        """steady: wind in n, m/s.  slow: sources of north and east wind, or none.  gusts: sources whose
-        columns are, in this order, u, v, r, w, q, p; or none."""
+        """dt: air step, s.  steady: wind in n, m/s.  slow: sources of north and east wind.  turbulence: sources
+        whose columns are, in this order, u, v, r, w, q, p.  times, places: winds by time and by place."""
+        self.dt = dt
         self._steady = steady
         self._slow = slow
-        self._gusts = gusts
+        self._turbulence = turbulence
+        self._times = times
+        self._places = places
         self._first = 0
+        self._count = 0
         self._states: list[AirState] = []
+        self._placed = bytearray()
         self._extend()
 
     def at(self, index: int, where: Where) -> AirState:
-        """State number `index`; IndexError for one behind the current block.  where: not asked, see `Where`."""
-        while index >= self._first + len(self._states):
+        """State of the air at air step `index`, held until the next.
+
+        Steps rise; one of the current block may be asked for again and is the same.  where: gives the aircraft's
+        latitude, longitude (rad) and ellipsoidal height (m); it is called only if something depends on them.
+        Raises IndexError for a step behind the current block.
+        """
+        k = index - self._first
+        if k >= self._count:
+            self._run_to(index)
+            k = index - self._first
+        if k < 0:
+            raise IndexError(f"the air of step {index} is gone")
+        if self._places and not self._placed[k]:
+            self._place(k, where())
+        return self._states[k]
+
+    def _run_to(self, index: int) -> None:
+        while index >= self._first + self._count:
             self._extend()
-        if index < self._first:
-            raise IndexError(f"state {index} of the air is gone")
-        return self._states[index - self._first]
+
+    def _place(self, k: int, place: tuple[float, float, float]) -> None:
+        north, east, down, *gusts = self._states[k]
+        t = (self._first + k) * self.dt
+        for component in self._places:
+            more = component.at(t, *place)
+            north, east, down = north + more[0], east + more[1], down + more[2]
+        self._states[k] = AirState(north, east, down, *gusts)
+        self._placed[k] = 1
 
     def _extend(self) -> None:
-        self._first += len(self._states)
+        self._first += self._count
         table = np.zeros((BLOCK, 9))
         table[:, :3] = self._steady
         for column, source in enumerate(self._slow):
             table[:, column] += source.draw(BLOCK)[:, 0]
-        if self._gusts:
-            u, v, r, w, q, p = np.hstack([source.draw(BLOCK) for source in self._gusts]).T
+        for given in self._times:
+            table[:, :3] += given.at(self.dt * np.arange(self._first, self._first + BLOCK, dtype=float))
+        if self._turbulence:
+            u, v, r, w, q, p = np.hstack([source.draw(BLOCK) for source in self._turbulence]).T
             table[:, 3:] = np.column_stack([u, v, w, p, q, r])
         self._states = [AirState._make(row) for row in table.tolist()]
+        self._count = len(self._states)
+        self._placed = bytearray(self._count)
 
 
 def make_air(
@@ -83,21 +132,20 @@ def make_air(
     dt: float,
     rng_of: RngOf,
 ) -> Air:
-    """Air of a scenario.  rng_of: generator by component name.  SI; span: wing span for the rate gusts."""
-    slow: list[Source] = []
-    gusts: list[Source] = []
-    if slow_sigma > 0.0:
-        slow = [
-            slow_wind_process(slow_sigma, slow_time_constant, dt, rng_of(f"air.slow_wind.{axis}"))
-            for axis in ("north", "east")
-        ]
-    if gust_sigma > 0.0:
-        gusts = list(dryden_processes(gust_sigma, gust_length, airspeed, span, dt, rng_of))
-    return Air(steady, slow, gusts)
+    """Steady and slow wind and Dryden gusts: goes as soon as the scenario is mapped to `atmosphere.make_air`."""
+    from aerosim.world import atmosphere
+    from aerosim.world.turbulence import Turbulence
+    from aerosim.world.wind import Level, WindField
 
-
-class RngOf(Protocol):
-    """Generator of a component by its name."""
-
-    def __call__(self, name: str, /) -> np.random.Generator:
-        """The component's generator."""
+    speed, azimuth = float(np.hypot(*steady[:2])), float(np.arctan2(-steady[1], -steady[0]))
+    return atmosphere.make_air(
+        wind=WindField([Level(0.0, speed, azimuth)]),
+        origin=(0.0, 0.0),
+        height=0.0,
+        airspeed=airspeed,
+        span=span,
+        dt=dt,
+        rng_of=rng_of,
+        slow=atmosphere.GaussMarkov(slow_sigma, slow_time_constant),
+        turbulence=Turbulence.equal("dryden", gust_sigma, gust_length),
+    )
