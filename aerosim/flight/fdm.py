@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -18,9 +19,9 @@ WARN = 3
 class _Log(jsbsim.FGLogger):
     """Keeps JSBSim's warnings and errors, prints nothing."""
 
-    def __init__(self) -> None:
+    def __init__(self, heard: Callable[[str], None]) -> None:
         super().__init__()
-        self.records: list[str] = []
+        self._heard = heard
         self._text = ""
 
     def message(self, text: str) -> None:
@@ -30,13 +31,13 @@ class _Log(jsbsim.FGLogger):
     def flush(self) -> None:
         """End of a record."""
         if int(self.log_level) >= WARN and self._text.strip():
-            self.records.append(" ".join(self._text.split()))
+            self._heard(" ".join(self._text.split()))
         self._text = ""
 
 
 @contextmanager
-def _listening() -> Iterator[list[str]]:
-    """What JSBSim says meanwhile, heard in the main thread alone.
+def _listening(heard: Callable[[str], None]) -> Iterator[None]:
+    """Pass on what JSBSim warns of meanwhile, heard in the main thread alone.
 
     JSBSim keeps a logger for each thread and, when a thread ends, lets go of a Python one without holding the
     interpreter: the process then dies now and then.  So other threads keep JSBSim's own logger, which prints
@@ -45,35 +46,47 @@ def _listening() -> Iterator[list[str]]:
     base: Any = jsbsim.FGJSBBase
     base().debug_lvl = 0
     if threading.current_thread() is not threading.main_thread():
-        yield []
+        yield
         return
-    log, before = _Log(), jsbsim.get_logger()
+    log, before = _Log(heard), jsbsim.get_logger()
     jsbsim.set_logger(log)
     try:
-        yield log.records
+        yield
     finally:
         jsbsim.set_logger(before)
 
 
-def load(folder: Path, step_rate_hz: float) -> tuple[Any, tuple[str, ...]]:
+def load(
+    folder: Path, step_rate_hz: float, heard: Callable[[str], None] | None = None
+) -> tuple[Any, tuple[str, ...]]:
     """JSBSim with the folder's model, and what it warned of.
 
-    A folder bears its model's name.  Raises InputError when the model is missing or refused.
+    A folder bears its model's name.  heard: is told each warning at once, before JSBSim may end the process.
+    Raises InputError when the model is missing or refused.
     """
     if not (folder / f"{folder.name}.xml").is_file():
         raise InputError(f"no aircraft model {folder.name}.xml", where=str(folder))
     if not 10.0 <= step_rate_hz <= 10_000.0:
         raise InputError(f"step rate of {step_rate_hz:g} Hz", allowed="10 to 10000 Hz")
-    with _listening() as records:
+    records: list[str] = []
+
+    def keep(record: str) -> None:
+        records.append(record)
+        if heard is not None:
+            heard(record)
+
+    with _listening(keep):
         return _load(folder, 1.0 / step_rate_hz, records), tuple(records)
 
 
 def _load(folder: Path, period: float, records: list[str]) -> Any:
     fdm = jsbsim.FGFDMExec(None)
     fdm.set_dt(period)  # filters take their step while they are loaded
-    root = str(folder.resolve().parent)
+    # Not resolved: the model bears the name of the link.  Nothing is looked for outside the folder.
+    here = Path(os.path.abspath(folder))
+    paths = (str(here.parent), str(here / "Engines"), str(here / "Systems"))
     try:
-        loaded = fdm.load_model_with_paths(folder.name, root, root, root, True)
+        loaded = fdm.load_model_with_paths(folder.name, *paths, True)
     except jsbsim.BaseError as error:
         raise InputError(f"aircraft model refused: {error} {' '.join(records)}", where=str(folder)) from error
     if not loaded:
