@@ -14,11 +14,22 @@ import aerosim
 
 PACKAGE = Path(aerosim.__file__).parent
 
-GEOMETRY = {"errors", "rng", "assets", "frames", "projection", "raster", "rasterfile"}
+GEOMETRY = {"errors", "rng", "assets", "frames", "projection", "raster", "rasterfile", "tangent", "polygon"}
 RECORD = {"recorder", "record", "rundir"}
 STAGES = {"world", "flight", "sensing", "estimation", "control"}
 LOOP = STAGES | RECORD | {"signals", "truth", "scenario", "scenario.build", "metrics", "report"}
-CALLED = {"aerosim", "scenario", "world", "metrics", "report", "forecast", "simulate", "sweep"}
+CALLED = {
+    "aerosim",
+    "scenario",
+    "world",
+    "flight",
+    "formats",
+    "metrics",
+    "report",
+    "forecast",
+    "simulate",
+    "sweep",
+}
 
 # part -> what it may import besides itself.  A part is a module or a folder right below aerosim/;
 # scenario.build is its own part: the only place that maps a scenario to the stages' parameters.
@@ -27,7 +38,9 @@ ALLOWED: dict[str, set[str]] = {
     "signals": GEOMETRY,
     "truth": GEOMETRY,
     "scenario": GEOMETRY,
-    "scenario.build": GEOMETRY | STAGES | {"scenario"},
+    "scenario.build": GEOMETRY | STAGES | {"scenario", "formats"},
+    # files of other programs: their geometry and nothing else
+    "formats": GEOMETRY,
     "world": GEOMETRY | {"truth"},
     "flight": GEOMETRY | {"truth"},
     "sensing": GEOMETRY | {"signals", "truth"},
@@ -37,7 +50,7 @@ ALLOWED: dict[str, set[str]] = {
     **dict.fromkeys(RECORD, GEOMETRY | RECORD | {"signals", "truth", "scenario"}),
     "metrics": GEOMETRY | RECORD | {"signals", "truth"},
     "report": GEOMETRY | RECORD | {"metrics"},
-    "forecast": GEOMETRY | {"scenario", "scenario.build", "world", "flight", "metrics"},
+    "forecast": GEOMETRY | {"scenario", "scenario.build", "world", "flight", "metrics", "formats"},
     "simulate": GEOMETRY | LOOP,
     "sweep": GEOMETRY | RECORD | {"scenario", "metrics", "simulate", "report"},
     # the verbs: thin, but they may call everything that a Python user can

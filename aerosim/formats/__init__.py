@@ -1,0 +1,1 @@
+"""Other programs' files: export and import, one module each."""
