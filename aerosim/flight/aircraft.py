@@ -51,7 +51,7 @@ _COMMAND = ("ap/roll-cmd-rad", "ap/h-cmd-ft", "ap/v-cmd-fps", "ap/on")
 _OTHER = (
     "metrics/bw-ft", "aero/alpha-rad", "aero/qbar-psf", "power/available-w", "inertia/pointmass-weight-lbs",
     "ic/lat-geod-rad", "ic/long-gc-rad", "ic/h-sl-ft", "forces/fbx-external-lbs", "forces/fbx-aero-lbs",
-    "forces/fbz-aero-lbs",
+    "forces/fbz-aero-lbs", "forces/fby-total-lbs", "aero/beta-rad",
 )
 # fmt: on
 _NAMES = (*_STATE, *_ECEF, *_ACCELERATION, *_WIND, *_GUST, *_START, *_TRIM, *_COMMAND, *_OTHER)
@@ -122,7 +122,7 @@ class Aircraft:
         airspeed: float,
         wind_n: tuple[float, float, float] = (0.0, 0.0, 0.0),
     ) -> Trim:
-        """Put the aircraft into steady level flight along a course in the wind, without sideslip.
+        """Put the aircraft into steady level flight along a course in the wind, ball centred (no side force).
 
         lat, lon: rad; height: ellipsoidal, m; course: of the ground track, rad; airspeed: true, m/s;
         wind_n: velocity of the air, north, east, down, m/s.  The autopilot holds height and airspeed from here on.
@@ -173,16 +173,17 @@ class Aircraft:
         return found
 
     def _trim_residual(self, x: Array, azimuth: float, vel_n: Array, lat: float, height: float) -> Array:
-        pitch, elevator, power, roll, aileron, rudder = x
-        # Nose out of the air's azimuth by what makes the sideslip of a banked, pitched aircraft zero.
-        heading = azimuth + math.atan(math.sin(pitch) * math.tan(roll))
+        pitch, elevator, power, roll, aileron, rudder, sideslip = x
+        # A banked, pitched nose without sideslip lies beside the air's azimuth.
+        heading = azimuth + math.atan(math.sin(pitch) * math.tan(roll)) - sideslip
         for name, value in zip(_TRIM[:4], (elevator, aileron, rudder, power), strict=True):
             self._set(name, value)
         meridian, normal = radii(lat)
         north, east = vel_n[0] / (meridian + height), vel_n[1] / (normal + height)
         omega_en_n = np.array([east, -north, -east * math.tan(lat)])
         omega_eb_b = mat_from_attitude(heading, pitch, roll).T @ omega_en_n
-        return self._pose(np.array([heading, pitch, roll]), vel_n, omega_eb_b)
+        accelerations = self._pose(np.array([heading, pitch, roll]), vel_n, omega_eb_b)
+        return np.append(accelerations, self._get("forces/fby-total-lbs") * LBF / self._mass)
 
     def derivatives(self, x: Array) -> Array:
         """Time derivatives of a perturbed state with the controls of the trim, in still air; for linearisation.
@@ -195,12 +196,14 @@ class Aircraft:
         (p, q, r), (roll, pitch) = x[3:6], x[6:]
         heading = self._heading
         vel_n = mat_from_attitude(heading, pitch, roll) @ x[:3]
-        found = self._pose(np.array([heading, pitch, roll]), vel_n, x[3:6])
+        # JSBSim takes the rates of alpha and beta from the accelerations before: once more makes them these.
+        for _ in range(2):
+            found = self._pose(np.array([heading, pitch, roll]), vel_n, x[3:6])
         turning = q * math.sin(roll) + r * math.cos(roll)
         return np.array([*found, p + turning * math.tan(pitch), q * math.cos(roll) - r * math.sin(roll)])
 
     def _read_trim(self, x: Array, iterations: int, airspeed: float) -> Trim:
-        pitch, elevator, power, roll, aileron, rudder = (float(v) for v in x)
+        pitch, elevator, power, roll, aileron, rudder, _ = (float(v) for v in x)
         alpha = self._get("aero/alpha-rad")
         forward, down = self._get("forces/fbx-aero-lbs"), self._get("forces/fbz-aero-lbs")
         reference = self._get("aero/qbar-psf") * self.limits.wing_area_m2 * PER_FOOT**2
@@ -209,6 +212,7 @@ class Aircraft:
             pitch=pitch,
             heading=self._get("attitude/psi-rad"),
             alpha=alpha,
+            sideslip=self._get("aero/beta-rad"),
             elevator=elevator,
             aileron=aileron,
             rudder=rudder,

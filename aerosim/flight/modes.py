@@ -35,8 +35,9 @@ def linearise(aircraft: Aircraft, trim: Trim, airspeed: float) -> Array:
 
     Central differences.  airspeed: m/s.  Returns (8, 8), SI.  The aircraft cannot fly on afterwards.
     """
-    u, w = airspeed * math.cos(trim.alpha), airspeed * math.sin(trim.alpha)
-    x = np.array([u, 0.0, w, 0.0, 0.0, 0.0, trim.roll, trim.pitch])
+    level, v = airspeed * math.cos(trim.sideslip), airspeed * math.sin(trim.sideslip)
+    u, w = level * math.cos(trim.alpha), level * math.sin(trim.alpha)
+    x = np.array([u, v, w, 0.0, 0.0, 0.0, trim.roll, trim.pitch])
     columns = [
         (aircraft.derivatives(x + d) - aircraft.derivatives(x - d)) / (2.0 * d.sum()) for d in np.diag(_STEP)
     ]

@@ -10,22 +10,25 @@ import numpy as np
 from aerosim.errors import InputError
 from aerosim.frames import Array
 
-# Unknowns of the trim: pitch, elevator, power, roll, aileron, rudder (rad, W): first guess, and about how large.
-GUESS = np.array([0.03, 0.0, 4e5, 0.0, 0.0, 0.0])
-SCALE = np.array([0.1, 0.1, 2e5, 0.1, 0.1, 0.1])
+# Unknowns of the trim: pitch, elevator, power, roll, aileron, rudder, sideslip (rad, W): first guess, and about how
+# large.
+GUESS = np.array([0.03, 0.0, 4e5, 0.0, 0.0, 0.0, 0.0])
+SCALE = np.array([0.1, 0.1, 2e5, 0.1, 0.1, 0.1, 0.1])
 
 
 class Trim(NamedTuple):
     """Steady level flight.  Attitude and surfaces in rad, powers at the shaft in W, thrust in N.
 
-    elevator + trailing edge down, aileron + rolls left, rudder + yaws left.  lift: coefficient across the air's
-    path.  iterations: of Newton's method.
+    elevator + trailing edge down, aileron + rolls left, rudder + yaws left.  sideslip: + air from the right.
+    thrust: of engines that push by a force of their own; 0 where the propeller is in the aerodynamics.  lift:
+    coefficient across the air's path.  iterations: of Newton's method.
     """
 
     roll: float
     pitch: float
     heading: float
     alpha: float
+    sideslip: float
     elevator: float
     aileron: float
     rudder: float
