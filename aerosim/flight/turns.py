@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from enum import StrEnum
 from typing import NamedTuple
 
 import numpy as np
@@ -26,6 +27,25 @@ def roll_lag(bank: float) -> float:
     return bank / (2.0 * ROLL_RATE) + ROLL_RESPONSE
 
 
+# Between the divergence of a base turn and the first turn of a 45/180 procedure turn (ICAO Doc 8168).
+TEARDROP_LEAD = math.radians(45.0)
+TURN_BACK = math.radians(90.0)
+
+
+class Shape(StrEnum):
+    """What the trade calls a turn.
+
+    race_track: both arcs to the same side.  Else the lesser arc leads out to the other side, and the greater one
+    turns back: teardrop with less than 45 deg of lead, procedure from there on.  s_turn: none turns back by more
+    than 90 deg, as between lines in the same direction.
+    """
+
+    RACE_TRACK = "race_track"
+    PROCEDURE = "procedure"
+    TEARDROP = "teardrop"
+    S_TURN = "s_turn"
+
+
 class Turn(NamedTuple):
     """A turn onto a line, in the line's frame (x along it, y to its right), through the air.
 
@@ -42,6 +62,16 @@ class Turn(NamedTuple):
     angle_last: float
     heading_end: float
     duration: float
+
+    @property
+    def shape(self) -> Shape:
+        """Name of the turn, see Shape."""
+        if self.first == self.last:
+            return Shape.RACE_TRACK
+        lead, back = sorted((self.angle_first, self.angle_last))
+        if back <= TURN_BACK:
+            return Shape.S_TURN
+        return Shape.TEARDROP if lead < TEARDROP_LEAD else Shape.PROCEDURE
 
 
 class _Word(NamedTuple):

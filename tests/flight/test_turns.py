@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from aerosim.errors import InputError
-from aerosim.flight.turns import Turn, plan_turn, roll_lag, turn_radius
+from aerosim.flight.turns import Shape, Turn, plan_turn, roll_lag, turn_radius
 
 AIRSPEED = 69.44
 BANK = math.radians(18.0)
@@ -77,3 +77,68 @@ def test_radius_in_closed_form() -> None:
 def test_wind_above_the_airspeed() -> None:
     with pytest.raises(InputError, match="in a turn"):
         plan_turn((0.0, 5000.0), 1.0, AIRSPEED, (0.0, 70.0), RADIUS, BANK)
+
+
+def back_turn(
+    spacing: float, run_in: float, wind: tuple[float, float] = (0.0, 0.0), heading: float | None = None
+) -> Turn:
+    """Turn from the end of one line of a block onto the run-in of the next, which goes back beside it.
+
+    spacing: of the lines, m; run_in: from the target to the line, m.  The line's frame: x back along it, y right.
+    """
+    if heading is None:
+        heading = math.pi - math.asin(-wind[1] / AIRSPEED)
+    return plan_turn((run_in, spacing), heading, AIRSPEED, wind, RADIUS, BANK)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize("spacing", [2.2, 3.0, 6.0])
+def test_far_lines_take_a_race_track(spacing: float, side: float) -> None:
+    # Without wind two right angles with a straight part across, as long as the spacing less the two radii.
+    turn = back_turn(side * spacing * RADIUS, 0.0)
+    assert turn.shape is Shape.RACE_TRACK
+    assert turn.first == turn.last == side
+    assert np.degrees([turn.angle_first, turn.angle_last]) == pytest.approx(90.0, abs=0.1)
+    assert turn.straight_s == pytest.approx((spacing - 2.0) * RADIUS / AIRSPEED, abs=0.1)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize("run_in", [3000.0, 4200.0, 8000.0])
+@pytest.mark.parametrize("spacing", [300.0, 800.0, 1500.0])
+def test_near_lines_take_a_teardrop_or_a_procedure_turn(spacing: float, run_in: float, side: float) -> None:
+    # Two circles that touch a straight from opposite sides: their centres are a spacing apart across the line and
+    # the run-in along it, since the two lags are flown in opposite directions.  The straight's angle is the lead.
+    apart = math.hypot(run_in, spacing)
+    turn = back_turn(side * spacing, run_in)
+    if apart < 2.0 * RADIUS:
+        assert turn.shape is Shape.RACE_TRACK
+        return
+    lead = math.asin(2.0 * RADIUS / apart) - math.atan2(spacing, run_in)
+    assert turn.first == -turn.last
+    assert turn.angle_first == pytest.approx(lead, abs=1e-3)
+    assert turn.angle_last == pytest.approx(math.pi + lead, abs=1e-3)
+    assert turn.shape is (Shape.TEARDROP if lead < math.radians(45.0) else Shape.PROCEDURE)
+
+
+def test_lines_in_the_same_direction_take_an_s_turn() -> None:
+    turn = plan_turn((-20_000.0, 1500.0), 0.0, AIRSPEED, (0.0, 0.0), RADIUS, BANK)
+    assert turn.shape is Shape.S_TURN
+    assert turn.angle_first == pytest.approx(turn.angle_last, abs=1e-6)
+
+
+@pytest.mark.parametrize("from_deg", range(0, 360, 30))
+@pytest.mark.parametrize("speed", [6.0, 15.0])
+@pytest.mark.parametrize("spacing", [400.0, 1500.0, 4500.0])
+def test_shape_says_what_is_flown(spacing: float, speed: float, from_deg: int) -> None:
+    # Counted on the nose as it swings: a lead goes out to the other side first, a race-track never does.
+    wind = (-speed * math.cos(math.radians(from_deg)), -speed * math.sin(math.radians(from_deg)))
+    turn = back_turn(spacing, 6000.0, wind)
+    swing = np.degrees(np.cumsum([turn.first * turn.angle_first, turn.last * turn.angle_last]))
+    if turn.shape == "race_track":
+        assert (np.diff([0.0, *swing]) >= 0.0).all() or (np.diff([0.0, *swing]) <= 0.0).all()
+    else:
+        lead = abs(swing[0]) if abs(swing[0]) < abs(np.diff(swing)[0]) else abs(np.diff(swing)[0])
+        assert swing[0] * np.diff(swing)[0] < 0.0
+        assert turn.shape == ("teardrop" if lead < 45.0 else "procedure")
+    # With a run-in longer than a turn is wide, near lines take a lead in any wind, far ones none.
+    assert (turn.shape == "race_track") == (spacing > 2.5 * RADIUS)
