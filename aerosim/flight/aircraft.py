@@ -12,8 +12,8 @@ from aerosim.errors import InputError, RunFailure
 from aerosim.flight import fdm
 from aerosim.flight.limits import Limits
 from aerosim.flight.plan import wind_triangle
-from aerosim.flight.trim import GUESS, SCALE, Trim, solve
-from aerosim.frames import Array, mat_from_attitude, radii
+from aerosim.flight.trim import Trim, first_guess, solve
+from aerosim.frames import GRAVITY, Array, mat_from_attitude, radii
 from aerosim.truth import AircraftState, AirState
 
 FOOT = 0.3048
@@ -135,7 +135,9 @@ class Aircraft:
         self._set("ap/on", 0.0)
         self._place(lat, lon, height, wind_n)
         vel_n = air_n + np.array(wind_n)
-        x, iterations = solve(lambda guess: self._trim_residual(guess, azimuth, vel_n, lat, height), GUESS, SCALE)
+        weight = self._mass * GRAVITY
+        guess = first_guess(weight, airspeed, self.limits.lift(height, airspeed, self._mass))
+        x, iterations = solve(lambda x: self._trim_residual(x, azimuth, vel_n, lat, height), *guess)
         trim = self._read_trim(x, iterations, airspeed)
         if not 0.0 < trim.power <= trim.power_available:
             raise InputError(

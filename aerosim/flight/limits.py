@@ -62,6 +62,10 @@ class Limits:
                 f"fuel of {fuel:g} kg cannot be carried", allowed=f"above 0 to {self.fuel_max_kg:g} kg"
             )
 
+    def lift(self, height: float, airspeed: float, mass: float) -> float:
+        """Lift coefficient of level flight.  height: m, airspeed: true, m/s, mass: kg."""
+        return 2.0 * mass * GRAVITY / (density(height) * airspeed**2 * self.wing_area_m2)
+
     def stall_speed(self, height: float, mass: float) -> float:
         """True airspeed of the stall in level flight, m/s.  height: m, mass: kg."""
         lift = density(height) * self.wing_area_m2 * self.lift_max

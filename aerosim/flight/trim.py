@@ -10,10 +10,6 @@ import numpy as np
 from aerosim.errors import InputError
 from aerosim.frames import Array
 
-# Unknowns of the trim: pitch, elevator, power, roll, aileron, rudder, sideslip (rad, W): first guess, and about how
-# large.
-GUESS = np.array([0.03, 0.0, 4e5, 0.0, 0.0, 0.0, 0.0])
-SCALE = np.array([0.1, 0.1, 2e5, 0.1, 0.1, 0.1, 0.1])
 
 
 class Trim(NamedTuple):
@@ -37,6 +33,18 @@ class Trim(NamedTuple):
     thrust: float
     lift: float
     iterations: int
+
+
+def first_guess(weight: float, airspeed: float, lift: float) -> tuple[Array, Array]:
+    """Pitch, elevator, power, roll, aileron, rudder, sideslip (rad, W) of any aircraft, and about how large they are.
+
+    weight: N; airspeed: m/s; lift: coefficient.  A lift-to-drag ratio of ten and a slope of 5.5 per rad.
+    """
+    power = weight * airspeed / 9.0
+    return (
+        np.array([lift / 5.5 - 0.06, 0.0, power, 0.0, 0.0, 0.0, 0.0]),
+        np.array([0.1, 0.1, 0.5 * power, 0.1, 0.1, 0.1, 0.1]),
+    )
 
 
 def solve(
