@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -26,6 +26,7 @@ from aerosim.scenario import Scenario
 from aerosim.scenario.build import Mission, aircraft_folder, build, camera_of
 from aerosim.sensing import oracle
 from aerosim.signals import Reason
+from aerosim.truth import Shot
 from aerosim.world.ground import below
 
 journal = logging.getLogger("aerosim")
@@ -159,15 +160,11 @@ def tables(scenario: Scenario, m: Mission, log: Recorder, flown: Flown) -> Recor
     samples = log.samples()
     telemetry = telemetry_columns(samples)
     matches = strip_table(log.strips, samples, m.motion)
-    ground = Ground(m.terrain.grid, m.terrain.elevation())
-    frame = scenario.frame_camera
-    photos = photo_table(
-        log.shots,
-        camera_of(scenario),
-        frame.exposure_s,
-        ground,
-        wanted_end_lap=scenario.control.end_lap_pct / 100.0,
-    )
+    try:
+        photos = _photos(scenario, m, log.shots)
+    except RunFailure as failure:  # the relief under the photos cannot be read any more
+        flown = flown._replace(status="failed", reason=f"{flown.reason} {failure}".strip())
+        photos = _photos(scenario, m, [])
     plan = m.flight.plan
     wanted = Wanted(plan.height, plan.airspeed, scenario.control.end_lap_pct, scenario.record.exclude_first_s)
     columns = {
@@ -192,6 +189,17 @@ def tables(scenario: Scenario, m: Mission, log: Recorder, flown: Flown) -> Recor
     }
     return Record(
         scenario, flown.status, flown.reason, telemetry, matches, columns, summary, rows, surfaces, inputs
+    )
+
+
+def _photos(scenario: Scenario, m: Mission, shots: list[Shot]) -> dict[str, Any]:
+    """Columns of photos.parquet."""
+    return photo_table(
+        shots,
+        camera_of(scenario),
+        scenario.frame_camera.exposure_s,
+        Ground(m.terrain.grid, m.terrain.elevation()),
+        wanted_end_lap=scenario.control.end_lap_pct / 100.0,
     )
 
 

@@ -102,6 +102,21 @@ def test_an_aircraft_lost_keeps_the_record_up_to_there(tmp_path: Path, monkeypat
     assert "no survey line" in found.summary["notes"].get("crab.residual_rms_deg", "no survey line")
 
 
+def test_relief_lost_after_landing_keeps_the_flight(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from aerosim.metrics.photos import Relief
+
+    def broken(*_: Any) -> None:
+        raise RunFailure("elevation.tif: cannot be read any more")
+
+    monkeypatch.setattr(Relief, "under", broken)
+    with pytest.raises(RunFailure, match="cannot be read any more"):
+        run(scenario(4.0), tmp_path / "run")
+    found = kept(tmp_path / "run", "failed")
+    assert found.summary["photos"]["count"] == 0
+    assert found.summary["flight"]["duration_s"] > 60.0
+    assert found.matches.num_rows > 10
+
+
 def test_a_failure_leaves_an_earlier_run_alone(
     earlier: tuple[Path, dict[str, bytes]], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
