@@ -8,11 +8,6 @@ from aerosim.scenario.section import Section
 
 # key -> the values that can be flown; a key that is not here is open
 AVAILABLE: dict[str, tuple[Any, ...]] = {
-    "air.wind.profile": (None,),
-    "air.shear.exponent": (0.0,),
-    "air.shear.veer_deg_per_km": (0.0,),
-    "air.turbulence.model": ("dryden",),
-    "air.gusts": ((),),
     "flight.replay": (None,),
     "flight.pilot": ("tracking",),
     "flight.area": (None,),

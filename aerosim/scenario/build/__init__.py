@@ -14,6 +14,7 @@ from aerosim.flight.aircraft import Aircraft
 from aerosim.flight.jsbsim_flight import JsbsimFlight
 from aerosim.flight.plan import wind_triangle
 from aerosim.rng import generator
+from aerosim.scenario.build.air import air_of, mean_wind
 from aerosim.scenario.build.devices import (
     camera_of,
     control_of,
@@ -30,7 +31,7 @@ from aerosim.scenario.scenario import Scenario
 from aerosim.sensing.ccd_rows import CcdRows
 from aerosim.sensing.frame_camera import FrameCamera, ShutterParameters
 from aerosim.sensing.mount import Mount
-from aerosim.world.air import AIR_RATE_HZ, make_air
+from aerosim.world.air import AIR_RATE_HZ
 from aerosim.world.ground import GroundView
 from aerosim.world.terrain import Terrain
 
@@ -40,6 +41,7 @@ __all__ = [
     "at",
     "build",
     "camera_of",
+    "mean_wind",
     "motion_of",
     "plan_of",
     "planned_n",
@@ -88,22 +90,13 @@ def build(scenario: Scenario) -> Mission:
     with at(scenario, "flight.airspeed_m_s"):
         aircraft.check_speed(plan.height, plan.airspeed)
     hold = max(1, round(rate / AIR_RATE_HZ))
-    air = make_air(
-        steady_wind(scenario),
-        scenario.air.slow_wind.sigma_m_s,
-        scenario.air.slow_wind.time_constant_s,
-        scenario.air.turbulence.sigma_m_s,
-        scenario.air.turbulence.length_m,
-        plan.airspeed,
-        aircraft.span,
-        hold * dt,
-        rng_of,
-    )
+    air = air_of(scenario, plan, ground_height, aircraft.span, hold * dt)
+    wind_north, wind_east, _ = mean_wind(scenario, plan, ground_height)
     with at(scenario, "air.wind"):
         for line in plan.lines:
-            wind_triangle(line.course, plan.airspeed, *steady_wind(scenario)[:2])
+            wind_triangle(line.course, plan.airspeed, wind_north, wind_east)
         flight = JsbsimFlight(aircraft, plan, air, hold)
-        duration = plan.forecast(*steady_wind(scenario)[:2]).duration
+        duration = plan.forecast(wind_north, wind_east).duration
     lat, lon = np.transpose([point for line in plan.lines for point in (line.start, line.end)])
     local = terrain.grid.local(lat, lon, MAP_MARGIN)
     agl = plan.height - ground_height
