@@ -62,7 +62,7 @@ def _smooth(t: Array, values: Array, step: float) -> BSpline | None:
 
 
 def slope(values: Array, dt: float) -> Array:
-    """Derivative of evenly spaced values along the first axis; (n, ...) gives (n - 4, ...).  Five points, O(dt^4)."""
+    """Derivative of evenly spaced values along the first axis, (n, ...) to (n - 4, ...), exact to dt^4."""
     return np.asarray((8.0 * (values[3:-1] - values[1:-3]) - (values[4:] - values[:-4])) / (12.0 * dt))
 
 

@@ -47,7 +47,7 @@ class _Seconds(NamedTuple):
 
     @classmethod
     def of(cls, path: SmoothPath) -> _Seconds:
-        t = np.arange(path.first, path.last, 1.0)
+        t = np.append(np.arange(path.first, path.last - 1e-6, 1.0), path.last)
         motion = path.motion(t)
         course = np.unwrap(np.arctan2(motion.vel_n[:, 1], motion.vel_n[:, 0]))
         return cls(t, motion, course)
@@ -62,8 +62,8 @@ def find_lines(path: SmoothPath, steady: Steady) -> list[FlownLine]:
     if len(seconds.t) < 3 * LOOK:
         raise InputError(f"a flight of {len(seconds.t)} s has no line")
     found, longest = [], 0.0
-    for first, last in _runs(_straight(seconds)):
-        first, last = _core(seconds.course, first, last, steady.course)
+    for run in _runs(_straight(seconds)):
+        first, last = _core(seconds.course, *run, steady.course)
         run_in = min(steady.run_in, RUN_IN_SHARE * (last - first))
         start, end = float(seconds.t[first]) + run_in, float(seconds.t[last])
         length = float(np.hypot(*seconds.motion.vel_n[first + round(run_in) : last, :2].T).sum())
@@ -141,10 +141,17 @@ def _passage(
     near = (np.abs(across) <= within) & (along > -5e5) & (beyond < 5e5)
     entering = np.flatnonzero((along[:-1] < 0.0) & (along[1:] >= 0.0) & near[1:] & (seconds.t[1:] > after))
     leaving = np.flatnonzero((beyond[:-1] < 0.0) & (beyond[1:] >= 0.0) & near[1:])
-    for first in entering:
-        last = next((int(i) for i in leaving if i > first), None)
-        if last is not None and near[first + 1 : last + 1].all():
-            return _crossing(seconds.t, along, int(first)), _crossing(seconds.t, beyond, last)
+    starts = [(int(i) + 1, _crossing(seconds.t, along, int(i))) for i in entering]
+    ends = [(int(i), _crossing(seconds.t, beyond, int(i))) for i in leaving]
+    # A record that was switched on or off with the line itself.
+    if 0.0 <= along[0] <= within and after <= seconds.t[0]:
+        starts.insert(0, (0, float(seconds.t[0])))
+    if -within <= beyond[-1] < 0.0:
+        ends.append((len(along) - 1, float(seconds.t[-1])))
+    for first, start_time in starts:
+        last, end_time = next((end for end in ends if end[0] > first), (-1, 0.0))
+        if last > 0 and near[first : last + 1].all():
+            return start_time, end_time
     inside = (along >= 0.0) & (beyond <= 0.0) & (seconds.t > after)
     if not inside.any():
         return "it does not come by" if after == seconds.t[0] else "it does not come by after the line before"

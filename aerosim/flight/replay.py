@@ -15,7 +15,8 @@ from aerosim.flight.attitude import GivenAttitude
 from aerosim.flight.flown_lines import FlownLine, Steady, find_lines, match_lines
 from aerosim.flight.plan import FlightPlan, Line
 from aerosim.flight.smooth_path import SmoothPath, smooth_path
-from aerosim.flight.trajectory import Trajectory, Undulation, flown_pieces, moved, read_trajectory
+from aerosim.flight.trajectory import Trajectory, Undulation, read_trajectory
+from aerosim.flight.trajectory_pieces import flown_pieces, moved
 
 journal = logging.getLogger("aerosim")
 
@@ -135,8 +136,8 @@ def prepare(
         raise error.at(where=str(file)) from error
     scatter = path.scatter
     notes.append(
-        f"{len(found)} lines; points lie {scatter.across:.2g} m across the path, {scatter.height:.2g} m in height, "
-        f"their time stamps {scatter.stamp:.2g} s off it"
+        f"{len(found)} lines; points lie {scatter.across:.2g} m aside of the path, {scatter.height:.2g} m "
+        f"above or below it, and {scatter.stamp:.2g} s before or behind"
     )
     for note in notes:
         journal.info("%s: %s", file, note)

@@ -109,7 +109,7 @@ class ReplayFlight:
         """The next block of steps."""
         steps = np.arange(first - 2 * HALO, first + self._size + 2 * HALO)
         self._meet_air(first)
-        t = steps * self._dt
+        t = np.asarray(steps * self._dt, float)
         motion = self.replay.path.motion(self.replay.begin + t)
         vel_air = motion.vel_n - self._wind(t)
         inner = slice(HALO, -HALO)

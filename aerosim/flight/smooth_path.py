@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import sparse
 from scipy.interpolate import BSpline
 
@@ -115,13 +116,16 @@ def scatter_of(points: Trajectory, plane: Array) -> Scatter:
     steps = points.steps
     least = WGS84_A * max(steps.get("latitude", 0.0), steps.get("longitude", 0.0)) / np.sqrt(12.0)
     floor = max(least, 1e-3), max(steps.get("height", 0.0) / np.sqrt(12.0), 1e-3)
-    stamp = steps.get("time", 0.0) / np.sqrt(12.0) if steps.get("time", 0.0) >= 0.1 else 0.0
+    # Of an even period nobody can tell whether it is rounded.
+    stamp = 0.0 if np.ptp(np.diff(points.t)) < 1e-6 else steps.get("time", 0.0) / np.sqrt(12.0)
     if len(points) < 3 * WINDOW:
         return Scatter(*floor, stamp)
     along, across, rise, speed = _residuals(points, plane)
     found_across = _spread(across)
     found_stamp = np.sqrt(max(_spread(along) ** 2 - found_across**2, 0.0)) / max(speed, SLOWEST)
-    return Scatter(max(floor[0], found_across), max(floor[1], _spread(rise)), max(float(found_stamp), stamp))
+    return Scatter(
+        max(floor[0], found_across), max(floor[1], _spread(rise)), max(float(found_stamp), float(stamp))
+    )
 
 
 def _spread(residuals: Array) -> float:
@@ -225,7 +229,7 @@ def _even_speed(basis: Basis, curve: BSpline) -> tuple[sparse.csr_array, Array]:
     return design.tocsr(), np.full(len(at), SPEEDING)
 
 
-def _take(rate: list[sparse.csr_array], known: Array) -> list[sparse.csr_array]:
+def _take(rate: list[sparse.csr_array], known: NDArray[np.intp]) -> list[sparse.csr_array]:
     return [matrix[known] for matrix in rate]
 
 
@@ -247,7 +251,7 @@ def _fit_height(basis: Basis, points: Trajectory, scatter: Scatter) -> Array:
     t = points.t
     design, target = basis.values(t), points.height
     sigma = np.full(len(t), scatter.height)
-    known = np.isfinite(points.climb)
+    known: NDArray[np.bool_] = np.isfinite(points.climb)
     if known.any():
         fine = max(CLIMB_SIGMA, points.steps.get("vertical_rate", 0.0))
         design = sparse.vstack([design, basis.slopes(t[known])], format="csr")
@@ -258,4 +262,4 @@ def _fit_height(basis: Basis, points: Trajectory, scatter: Scatter) -> Array:
     for _ in range(2):
         found = solve(design.tocsr(), target, sigma, basis.roughness(density), found, DEGREE)
         density = _densities(basis, basis.spline(found), CLIMB_ACCELERATION)
-    return found
+    return np.asarray(found)

@@ -1,4 +1,4 @@
-"""A flown path as it was received: points in time, checked, cut into pieces, carried to another place."""
+"""A flown path as it was received: points in time, read and checked."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from aerosim.errors import InputError
 from aerosim.flight.trajectory_file import HEIGHTS, KINDS, NEEDED, Table, read_table
-from aerosim.frames import WGS84_A, Array, ecef_from_geodetic, geodetic_from_ecef, mat_ne, wrap_pi
+from aerosim.frames import WGS84_A, Array, wrap_pi
 
 journal = logging.getLogger("aerosim")
 
@@ -21,8 +21,6 @@ MAX_SPEED = 400.0  # m/s; what no survey aircraft flies
 MAX_CLIMB = 150.0  # m/s
 MAX_ACCELERATION = 100.0  # m/s^2, ten g
 SLOWEST = 20.0  # m/s over ground; below it the aircraft stands, taxies or is no aeroplane
-AGREES = (0.7, 1.4)  # mean speed across a gap against the speed beside it
-SHORT_GAP = 30.0  # s; below it stale stamps look like a speed that disagrees
 Undulation = Callable[[Array, Array], Array]
 
 
@@ -261,66 +259,3 @@ def _check_track(found: Trajectory) -> None:
             where=found.source,
             allowed="latitude and longitude not swapped, west and south negative",
         )
-
-
-def flown_pieces(found: Trajectory, gap_max: float) -> tuple[list[Trajectory], list[str]]:
-    """Pieces without long gaps and without parts on the ground, in order of time, and what was cut and why.
-
-    gap_max: s.  A gap counts as long too if it is above 30 s and what lies beside it does not agree with it.
-    """
-    way, dt = found.legs()
-    speed = np.hypot(*way.T) / dt
-    # the median of five legs: one stale stamp is no stop
-    padded = np.pad(speed, 2, mode="edge")
-    calm = np.median(np.lib.stride_tricks.sliding_window_view(padded, 5), axis=-1)
-    beside = (np.concatenate([[calm[0]], calm[:-1]]) + np.concatenate([calm[1:], [calm[-1]]])) / 2.0
-    ratio = speed / np.maximum(beside, 1.0)
-    usual = 3.0 * float(np.median(dt))
-    disagrees = (dt > max(SHORT_GAP, usual)) & ((ratio < AGREES[0]) | (ratio > AGREES[1]))
-    gap, slow = (dt > gap_max) | disagrees, calm < SLOWEST
-    edges = np.flatnonzero(np.concatenate([[True], gap | slow, [True]]))
-    pieces = [found.part(slice(a, b)) for a, b in zip(edges[:-1], edges[1:], strict=True) if b - a >= 8]
-    notes = [
-        f"gap of {dt[i]:.0f} s before {found.source}:{found.lines[i + 1]}"
-        + ("" if dt[i] > gap_max else " that does not fit the speed beside it")
-        for i in np.flatnonzero(gap & ~slow)
-    ]
-    if slow.any():
-        notes.append(f"{float(dt[slow].sum()):.0f} s on the ground or slower than {SLOWEST:g} m/s are left out")
-    if not pieces:
-        raise InputError("nothing of it is flown", where=found.source, allowed=f"{SLOWEST:g} m/s and more")
-    return pieces, notes
-
-
-def moved(found: Trajectory, anchor: tuple[float, float], to: tuple[float, float]) -> Trajectory:
-    """The path carried to another place on Earth as a rigid body: same shape, azimuths at the anchor kept.
-
-    anchor, to: latitude and longitude, rad.  The tangent frame at one becomes that at the other; each point keeps
-    its ellipsoidal height (the Earth falls off a little differently there).
-    """
-    pos_e = ecef_from_geodetic(found.lat, found.lon, found.height)
-    old, new = mat_ne(*anchor), mat_ne(*to)
-    turn = new.T @ old
-    origin, target = (ecef_from_geodetic(*place, 0.0) for place in (anchor, to))
-    lat, lon, _ = geodetic_from_ecef(target + (pos_e - origin) @ turn.T)
-
-    def carried(azimuth: Array | None) -> Array | None:
-        if azimuth is None:
-            return None
-        known = np.isfinite(azimuth)
-        at = np.where(known, azimuth, 0.0)
-        east = np.stack([-np.sin(found.lon), np.cos(found.lon), np.zeros(len(found))], axis=-1)
-        north = np.cross(_up(found.lat, found.lon), east)
-        way_e = (np.cos(at)[:, None] * north + np.sin(at)[:, None] * east) @ turn.T
-        east = np.stack([-np.sin(lon), np.cos(lon), np.zeros(len(lon))], axis=-1)
-        north = np.cross(_up(lat, lon), east)
-        there = np.arctan2((way_e * east).sum(axis=-1), (way_e * north).sum(axis=-1))
-        return np.where(known, azimuth + wrap_pi(there - at), np.nan)
-
-    track = carried(found.track)
-    assert track is not None
-    return replace(found, lat=lat, lon=np.unwrap(lon), track=track, heading=carried(found.heading))
-
-
-def _up(lat: Array, lon: Array) -> Array:
-    return np.stack([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)], axis=-1)

@@ -57,8 +57,8 @@ _ALIASES = {
     "lat": "latitude_deg", "lon": "longitude_deg", "lng": "longitude_deg", "long": "longitude_deg",
     "alt": "height_m or barometric_altitude_ft", "altitude": "height_m or barometric_altitude_ft",
     "geoaltitude": "height_m", "baroaltitude": "barometric_altitude_m", "elevation": "orthometric_height_m",
-    "speed": "groundspeed_m_s", "velocity": "groundspeed_m_s", "course": "track_deg", "vertrate": "vertical_rate_m_s",
-    "yaw": "heading_deg",
+    "speed": "groundspeed_m_s", "velocity": "groundspeed_m_s", "course": "track_deg",
+    "vertrate": "vertical_rate_m_s", "yaw": "heading_deg",
 }  # fmt: skip
 
 
@@ -96,7 +96,7 @@ def read_table(path: Path) -> Table:
 
 def _read_csv(path: Path) -> Table:
     rows = _csv_rows(path)
-    where, header = next(rows, (1, []))
+    header = next(rows, (1, []))[1]
     names = [name.strip() for name in header]
     if not any(names):
         raise InputError("the trajectory file is empty", where=str(path))
@@ -117,7 +117,7 @@ def _read_csv(path: Path) -> Table:
         if len(lines) > MOST_ROWS:
             raise InputError(f"more than {MOST_ROWS} rows", where=str(path))
     table = Table(str(path), "line", np.array(lines, np.int64))
-    columns = dict(zip(names, zip(*cells, strict=True), strict=True)) if cells else {name: () for name in names}
+    columns = dict(zip(names, zip(*cells, strict=True), strict=True)) if cells else dict.fromkeys(names, ())
     for name in _known(names, str(path), table.notes):
         values = [_number(text, name, table, i) for i, text in enumerate(columns[name])]
         _keep(table, name, np.array(values, float))
