@@ -12,7 +12,7 @@ from typing import Annotated
 
 import typer
 
-from aerosim.cli import flights, look, scenarios, terrain
+from aerosim.cli import flights, look, plan, scenarios, terrain
 from aerosim.cli.console import settings
 from aerosim.errors import InputError, RunFailure
 
@@ -34,7 +34,8 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 app.command()(flights.run)
-app.command()(flights.check)
+app.command()(plan.check)
+app.command()(plan.plan)
 app.command("list")(scenarios.list_shipped)
 app.command()(scenarios.new)
 app.command()(scenarios.schema)

@@ -1,4 +1,4 @@
-"""`run` and `check`: fly a scenario, or say beforehand what can be said."""
+"""`run`: fly a scenario."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def scenario_of(source: str, seed: int | None, settings: list[str] | None) -> Sc
     return load(source, overrides)
 
 
-def _placed(scenario: Scenario, error: InputError) -> InputError:
+def placed(scenario: Scenario, error: InputError) -> InputError:
     """An error found behind the scenario (terrain, aircraft), with file and line of its key."""
     return scenario.place(error) if error.key and not error.key.startswith("-") else error
 
@@ -88,7 +88,7 @@ def run(
         with progress_of(scenario.name) as progress:
             done = aerosim.run(scenario, out, overwrite=overwrite, progress=progress)
     except InputError as error:
-        raise _placed(scenario, error) from error
+        raise placed(scenario, error) from error
     except KeyboardInterrupt as stop:
         if path := getattr(stop, "path", None):
             print(path)  # the record up to there
@@ -103,25 +103,3 @@ def run(
             print("expect: met" if not unmet else "\n".join(f"expect not met: {line}" for line in unmet))
     print(done.path)
     return 1 if unmet else 0
-
-
-def check(
-    source: Source,
-    *,
-    seed: Seed = None,
-    setting: Settings = None,
-    as_json: Json = False,
-    quiet: Quiet = False,
-    verbose: Verbose = 0,
-    debug: Debug = False,
-) -> int:
-    """Check a scenario and forecast its flight: plan, crab, duration; nothing is flown."""
-    scenario = scenario_of(source, seed, setting)
-    from aerosim.forecast.check import forecast
-
-    try:
-        found = forecast(scenario)
-    except InputError as error:
-        raise _placed(scenario, error) from error
-    (print_json if as_json else print_table)(found)
-    return 0

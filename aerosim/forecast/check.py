@@ -3,15 +3,24 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from aerosim.frames import Array, MapGrid
-from aerosim.projection import Camera
+from aerosim import polygon
+from aerosim.errors import InputError
+from aerosim.forecast import coverage as covered
+from aerosim.forecast import side_lap
+from aerosim.forecast.land import Land
+from aerosim.forecast.lines import line_figures
+from aerosim.forecast.shots import Shots, planned
+from aerosim.forecast.warned import warnings
+from aerosim.frames import Array
 
 if TYPE_CHECKING:
-    from aerosim.flight.plan import FlightPlan, Forecast, Line
+    from aerosim.flight.plan import FlightPlan, Forecast
+    from aerosim.flight.trim import Trim
+    from aerosim.projection import Camera
     from aerosim.scenario.scenario import Scenario
     from aerosim.world.terrain import Terrain
 
@@ -19,138 +28,185 @@ if TYPE_CHECKING:
 TELEMETRY_BYTES = 31 * 8
 
 
+class Area(NamedTuple):
+    """An area that a plan is to cover.  corners: (n, 2) latitude, longitude, rad; side_lap_pct: as asked for."""
+
+    corners: Array
+    side_lap_pct: float
+
+
+class Outlook(NamedTuple):
+    """A plan with all that was found out about it.
+
+    figures: as `forecast` returns them; wind: where it goes to, north, east, m/s; ring: outline of the counted
+    area on the plane of the land, (n, 2), m, None if there is none; tracks: number of each line across the area.
+    """
+
+    figures: dict[str, Any]
+    plan: FlightPlan
+    wind: tuple[float, float]
+    land: Land
+    terrain: Terrain
+    shots: Shots
+    ring: Array | None
+    tracks: tuple[str, ...]
+
+
 def forecast(scenario: Scenario) -> dict[str, Any]:
     """Forecast of a scenario's flight in its steady wind, keys with their units; what is unknown is None.
 
-    Nested one level: flight, photos, rows, storage, and a list of lines.  Durations include run-ins and turns.
-    Drift is track less heading (wind triangle), crab what the controller and the mount's limit leave of it; v/h,
-    photo interval and GSD are over the mean terrain of each line's photos; gsd_min_m and gsd_max_m over their
-    highest and lowest ground; blur is the image motion during the exposure without forward-motion compensation,
-    in pixels; photos_outside_m: how far the outermost photos reach beyond the terrain.  Slow wind, gusts and tilt
-    are left out.  Mode `fixed` keeps the interval of the planned v/h, which knows no wind, and leaves all drift.
+    Nested one level: flight, photos, rows, storage, coverage, and lists of lines, side laps of neighbouring lines,
+    warnings.  Durations include run-ins and turns.  Drift is track less heading (wind triangle), crab what the
+    controller and the mount's limit leave of it; v/h, photo interval and GSD are over the mean terrain of each
+    line's photos; gsd_min_m and gsd_max_m over their highest and lowest ground; blur_without_fmc_px is the image
+    motion during the exposure, blur_px what forward-motion compensation, if it is on, leaves of it over the
+    relief; photos_outside_m: how far the outermost photos reach beyond the terrain.  Coverage is of the area of
+    the scenario, or of the hull of its lines.  Slow wind, gusts and tilt are left out.  Mode `fixed` keeps the
+    interval of the planned v/h, which knows no wind, and leaves all drift.
     Raises InputError for whatever cannot be flown, with the place of its key.
     """
-    from aerosim.scenario.build import at, camera_of, plan_of, planned_n, planned_vh, steady_wind, terrain_of
+    return outlook(scenario).figures
+
+
+def outlook(scenario: Scenario) -> Outlook:
+    """Forecast of a scenario with the geometry behind it.  Raises InputError as `forecast`."""
+    from aerosim.scenario.build import plan_of, terrain_of
 
     terrain = terrain_of(scenario)
     plan, ground = plan_of(scenario, terrain)
-    _check_aircraft(scenario, plan)
+    return outlook_of(scenario, terrain, plan, ground)
+
+
+def outlook_of(
+    scenario: Scenario,
+    terrain: Terrain,
+    plan: FlightPlan,
+    ground: float,
+    area: Area | None = None,
+    tracks: tuple[str, ...] = (),
+) -> Outlook:
+    """Forecast of a plan.  ground: mean height below it, ellipsoidal, m; area: None takes the lines' hull.
+
+    tracks: of each line its number across the area, if there is one.  Raises InputError as `forecast`.
+    """
+    from aerosim.scenario.build import at, camera_of, planned_vh
+
     with at(scenario, "air.wind"):
-        flown = plan.forecast(*steady_wind(scenario)[:2])
+        wind = _wind(scenario, plan)
+        flown = plan.forecast(*wind)
+    trim = _trimmed(scenario, plan, wind)
     camera, vh = camera_of(scenario), planned_vh(plan, ground)
+    land = Land(plan, terrain, camera, None if area is None else area.corners)
     lines = []
     for index in range(len(plan.lines)):
         with at(scenario, f"flight.lines.{index}"):
-            lines.append(_line(scenario, plan, flown, index, terrain, camera, vh))
-    count = sum(line["photos"] for line in lines)
-    return {
+            lines.append(line_figures(scenario, plan, flown, index, land, terrain, camera, vh))
+    shots = planned(
+        land,
+        [line["photos"] for line in lines],
+        [line["photo_base_m"] for line in lines],
+        [math.radians(line["crab_deg"]) for line in lines],
+    )
+    ring = _ring(land, plan, area)
+    pairs = side_lap.figures(land, side_lap.pairs(land))
+    found: dict[str, Any] = {
         "name": scenario.name,
-        "flight": {
-            "duration_s": flown.duration,
-            "lines": len(lines),
-            "line_length_m": sum(line["length_m"] for line in lines),
-            "turns_s": list(flown.turn_s),
-            "height_m": plan.height,
-            "terrain_mean_height_m": ground,
-            "airspeed_m_s": plan.airspeed,
-        },
+        "flight": _flight(plan, flown, ground, trim),
         "lines": lines,
-        "photos": _photos(scenario, camera, plan.height - ground, count),
-        "rows": {"planned_vh_per_s": vh, "planned_n": planned_n(scenario, vh)},
-        "storage": _storage(scenario, camera, flown.duration, count),
+        "photos": _photos(scenario, camera, plan.height - ground, lines, pairs),
+        "side_lap": pairs or None,
+        "coverage": None if ring is None else covered.figures(land, covered.coverage(land, shots, ring)),
+        "rows": _rows(scenario, vh),
+        "storage": _storage(scenario, camera, flown.duration, sum(line["photos"] for line in lines)),
     }
+    found["warnings"] = warnings(scenario, found, None if area is None else area.side_lap_pct)
+    return Outlook(found, plan, wind, land, terrain, shots, ring, tracks)
 
 
-def _check_aircraft(scenario: Scenario, plan: FlightPlan) -> None:
-    from aerosim.flight.limits import Limits
+def _wind(scenario: Scenario, plan: FlightPlan) -> tuple[float, float]:
+    """The wind of the forecast, where it goes to, north and east, m/s."""
+    from aerosim.scenario.build import steady_wind
+
+    return steady_wind(scenario)[:2]
+
+
+def _trimmed(scenario: Scenario, plan: FlightPlan, wind: tuple[float, float]) -> Trim:
+    """Steady flight at the start of each course.  Raises InputError for speeds, heights, fuel, power."""
+    from aerosim.flight.aircraft import Aircraft
     from aerosim.scenario.build import aircraft_folder, at
 
-    limits = Limits.read(aircraft_folder(scenario) / "limits.yaml")
     with at(scenario, "aircraft.fuel_kg"):
-        limits.check_fuel(scenario.aircraft.fuel_kg)
+        aircraft = Aircraft(aircraft_folder(scenario), scenario.aircraft.step_rate_hz, scenario.aircraft.fuel_kg)
     with at(scenario, "flight.airspeed_m_s"):
-        limits.check_speed(plan.height, plan.airspeed, limits.mass_empty_kg + scenario.aircraft.fuel_kg)
+        first = plan.lines[0]
+        return aircraft.start(*first.start, plan.height, first.course, plan.airspeed, (*wind, 0.0))
 
 
-def _line(
-    scenario: Scenario,
-    plan: FlightPlan,
-    flown: Forecast,
-    index: int,
-    terrain: Terrain,
-    camera: Camera,
-    planned_vh: float,
-) -> dict[str, Any]:
-    """Forecast of one line."""
-    line, speed, drift = plan.lines[index], flown.ground_speed[index], flown.drift[index]
-    half = 0.5 * camera.cols / camera.focal_px * _above_ground(terrain, line, plan.height)
-    east, north = terrain.grid.from_geodetic(*np.transpose([line.start, line.end]))
-    heights = terrain.mean_height(east, north, half)
-    agl, follows = plan.height - heights.mean, scenario.control.mode != "fixed"
-    limit = math.radians(scenario.mount.yaw_limit_deg) if follows else 0.0
-    interval = _interval(scenario, camera, speed / agl if follows else planned_vh)
-    base, ahead = interval * speed, camera.rows / camera.focal_px
-    outline = _outermost(terrain.grid, line, 0.5 * ahead * agl, half)
+def _ring(land: Land, plan: FlightPlan, area: Area | None) -> Array | None:
+    """Outline of the area that is counted, on the plane, (n, 2), m: as asked for, or the hull of the lines."""
+    if area is not None:
+        return polygon.ring_of(land.plane.to_plane(area.corners))
+    ends = land.plane.to_plane([point for line in plan.lines for point in (line.start, line.end)])
+    try:
+        return polygon.ring_of(polygon.hull(ends))
+    except InputError:  # a single line, or lines on one track
+        return None
+
+
+def _flight(plan: FlightPlan, flown: Forecast, ground: float, trim: Trim) -> dict[str, Any]:
     return {
-        "course_deg": math.degrees(line.course) % 360.0,
-        "length_m": line.length,
-        "duration_s": flown.line_s[index],
-        "drift_deg": math.degrees(drift),
-        "crab_deg": math.degrees(math.copysign(max(abs(drift) - limit, 0.0), drift)),
-        "ground_speed_m_s": speed,
-        "vh_per_s": speed / agl,
-        "photo_interval_s": interval,
-        "photos": math.floor(flown.line_s[index] / interval) + 1,
-        "photo_base_m": base,
-        "end_lap_pct": 100.0 * (1.0 - base / (ahead * agl)),
-        "end_lap_highest_ground_pct": 100.0 * (1.0 - base / (ahead * (plan.height - heights.high))),
-        "terrain_mean_height_m": heights.mean,
-        "terrain_min_height_m": heights.low,
-        "terrain_max_height_m": heights.high,
-        "gsd_m": agl / camera.focal_px,
-        "gsd_min_m": (plan.height - heights.high) / camera.focal_px,
-        "gsd_max_m": (plan.height - heights.low) / camera.focal_px,
-        "blur_without_fmc_px": speed * scenario.frame_camera.exposure_s / (agl / camera.focal_px),
-        "photos_outside_m": float(terrain.shortfall(*outline.T).max()),
+        "duration_s": flown.duration,
+        "lines": len(plan.lines),
+        "line_length_m": sum(line.length for line in plan.lines),
+        "turns_s": list(flown.turn_s),
+        "height_m": plan.height,
+        "terrain_mean_height_m": ground,
+        "airspeed_m_s": plan.airspeed,
+        "pitch_deg": math.degrees(trim.pitch),
+        "power_kw": trim.power / 1e3,
+        "power_available_kw": trim.power_available / 1e3,
     }
 
 
-def _interval(scenario: Scenario, camera: Camera, vh: float) -> float:
-    """Time between photos at this v/h (1/s), s: that of the wanted end lap, or the camera's shortest."""
-    base_ratio = (1.0 - scenario.control.end_lap_pct / 100.0) * camera.rows / camera.focal_px
-    return max(base_ratio / vh, scenario.frame_camera.min_interval_s)
-
-
-def _above_ground(terrain: Terrain, line: Line, height: float) -> float:
-    """Height (m) over the mean of the ground right below a line."""
-    east, north = terrain.grid.from_geodetic(*np.transpose([line.start, line.end]))
-    return height - terrain.mean_height(east, north, 100.0).mean
-
-
-def _outermost(grid: MapGrid, line: Line, along: float, across: float) -> Array:
-    """Corners (4, 2) easting, northing, m, of the ground of a line's photos.  along, across: half a photo, m."""
-    ends = np.column_stack(grid.from_geodetic(*np.transpose([line.start, line.end])))
-    ahead = (ends[1] - ends[0]) / np.hypot(*(ends[1] - ends[0]))
-    right = np.array([ahead[1], -ahead[0]])
-    first, last = ends[0] - along * ahead, ends[1] + along * ahead
-    return np.array([end + side * across * right for end in (first, last) for side in (-1.0, 1.0)])
-
-
-def _photos(scenario: Scenario, camera: Camera, agl: float, count: int) -> dict[str, Any]:
+def _photos(
+    scenario: Scenario, camera: Camera, agl: float, lines: list[dict[str, Any]], pairs: list[dict[str, Any]]
+) -> dict[str, Any]:
+    """Figures of all photos; intervals as wanted, whether the camera is fast enough or not."""
+    wanted = [line["photo_interval_wanted_s"] for line in lines]
+    laps = [pair["side_lap_mean_pct"] for pair in pairs if pair["side_lap_mean_pct"] is not None]
+    least = [pair["side_lap_min_pct"] for pair in pairs if pair["side_lap_min_pct"] is not None]
     return {
-        "count": count,
+        "count": sum(line["photos"] for line in lines),
         "rows_px": camera.rows,
         "columns_px": camera.cols,
         "footprint_along_m": agl * camera.rows / camera.focal_px,
         "footprint_across_m": agl * camera.cols / camera.focal_px,
         "gsd_m": agl / camera.focal_px,
+        "gsd_min_m": min(line["gsd_min_m"] for line in lines),
+        "gsd_max_m": max(line["gsd_max_m"] for line in lines),
         "wanted_end_lap_pct": scenario.control.end_lap_pct,
-        "side_lap_pct": None,
+        "interval_wanted_min_s": min(wanted),
+        "interval_wanted_max_s": max(wanted),
+        "rate_wanted_max_per_min": 60.0 / min(wanted),
+        "rate_wanted_min_per_min": 60.0 / max(wanted),
+        "rate_camera_per_min": 60.0 / scenario.frame_camera.min_interval_s,
+        "side_lap_mean_pct": float(np.mean(laps)) if laps else None,
+        "side_lap_min_pct": min(least) if least else None,
         "written": scenario.frame_camera.write,
     }
 
 
+def _rows(scenario: Scenario, vh: float) -> dict[str, Any]:
+    from aerosim.scenario.build import planned_n
+
+    return {"planned_vh_per_s": vh, "planned_n": planned_n(scenario, vh)}
+
+
 def _storage(scenario: Scenario, camera: Camera, duration: float, count: int) -> dict[str, Any]:
     """Upper bounds, uncompressed.  Pictures: grey of 8 bits; None if they are not written."""
-    pictures = count * camera.rows * camera.cols / 1e6 if scenario.frame_camera.write else None
-    return {"telemetry_mb": duration / scenario.record.period_s * TELEMETRY_BYTES / 1e6, "pictures_mb": pictures}
+    picture = camera.rows * camera.cols / 1e6
+    return {
+        "telemetry_mb": duration / scenario.record.period_s * TELEMETRY_BYTES / 1e6,
+        "picture_mb": picture,
+        "pictures_mb": count * picture if scenario.frame_camera.write else None,
+    }
