@@ -54,8 +54,8 @@ def _show(found: Mapping[str, Any], as_json: bool) -> None:
         return
     pairs = found.get("side_lap") or ()
     print_table({key: value for key, value in found.items() if key not in ("lines", "side_lap", "warnings")})
-    print_columns([("line", *COLUMNS.values())] + [
-        (str(k), *(_cell(line[key]) for key in COLUMNS)) for k, line in enumerate(lines)
+    print_columns([("line", "name", *COLUMNS.values())] + [
+        (str(k), str(line["name"]), *(_cell(line[key]) for key in COLUMNS)) for k, line in enumerate(lines)
     ])  # fmt: skip
     print_columns(
         [tuple(pairs[0])] + [tuple(_cell(each) for each in pair.values()) for pair in pairs] if pairs else []
@@ -111,13 +111,15 @@ def check(
     """
     scenario = scenario_of(source, seed, setting)
     _check_names(out, picture, overwrite)
-    from aerosim.forecast import check as forecasts
-
     try:
         if out is None and picture is None:
-            figures = forecasts.forecast(scenario)
+            from aerosim.forecast.check import forecast
+
+            figures = forecast(scenario)
         else:
-            found = forecasts.outlook(scenario)
+            from aerosim.forecast.check import outlook
+
+            found = outlook(scenario)
             _write(found, out, picture, overwrite, whole=True)
             figures = found.figures
     except InputError as error:

@@ -79,13 +79,13 @@ class Wanted:
 class Block(NamedTuple):
     """A planned block.
 
-    lines: in the order flown; tracks: of each, its number across the area from 1, parts with letters.  height: ellipsoidal, ground:
+    lines: in the order flown; names: of each, its number across the area from 1, parts with letters.  height: ellipsoidal, ground:
     mean of the area, m.  course: of the first line in the area's middle, rad.  spacing: between neighbouring
     tracks on the ellipsoid, m.  base: between photos on the ellipsoid, m.
     """
 
     lines: tuple[Line, ...]
-    tracks: tuple[str, ...]
+    names: tuple[str, ...]
     height: float
     ground: float
     course: float

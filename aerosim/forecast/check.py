@@ -39,7 +39,7 @@ class Outlook(NamedTuple):
     """A plan with all that was found out about it.
 
     figures: as `forecast` returns them; wind: where it goes to, north, east, m/s; ring: outline of the counted
-    area on the plane of the land, (n, 2), m, None if there is none; tracks: number of each line across the area.
+    area on the plane of the land, (n, 2), m, None if there is none; names: of the lines.
     """
 
     figures: dict[str, Any]
@@ -49,7 +49,7 @@ class Outlook(NamedTuple):
     terrain: Terrain
     shots: Shots
     ring: Array | None
-    tracks: tuple[str, ...]
+    names: tuple[str, ...]
 
 
 def forecast(scenario: Scenario) -> dict[str, Any]:
@@ -83,11 +83,11 @@ def outlook_of(
     plan: FlightPlan,
     ground: float,
     area: Area | None = None,
-    tracks: tuple[str, ...] = (),
+    names: tuple[str, ...] = (),
 ) -> Outlook:
     """Forecast of a plan.  ground: mean height below it, ellipsoidal, m; area: None takes the lines' hull.
 
-    tracks: of each line its number across the area, if there is one.  Raises InputError as `forecast`.
+    names: of the lines, by default their numbers from 0.  Raises InputError as `forecast`.
     """
     from aerosim.scenario.build import at, camera_of, planned_vh
 
@@ -108,6 +108,8 @@ def outlook_of(
         [math.radians(line["crab_deg"]) for line in lines],
     )
     ring = _ring(land, plan, area)
+    names = names or tuple(str(index) for index in range(len(lines)))
+    lines = [{"name": name, **line} for name, line in zip(names, lines, strict=True)]
     pairs = side_lap.figures(land, side_lap.pairs(land))
     found: dict[str, Any] = {
         "name": scenario.name,
@@ -120,7 +122,7 @@ def outlook_of(
         "storage": _storage(scenario, camera, flown.duration, sum(line["photos"] for line in lines)),
     }
     found["warnings"] = warnings(scenario, found, None if area is None else area.side_lap_pct)
-    return Outlook(found, plan, wind, land, terrain, shots, ring, tracks)
+    return Outlook(found, plan, wind, land, terrain, shots, ring, names)
 
 
 def _wind(scenario: Scenario, plan: FlightPlan) -> tuple[float, float]:

@@ -25,9 +25,7 @@ def lines(found: Outlook) -> list[Feature]:
         figures: dict[str, Any] = found.figures["lines"][index]
         properties: dict[str, Property] = {"line": index, "height_m": round(found.plan.height, 2)}
         properties |= {key: _short(figures[key]) for key in SHOWN}
-        if found.tracks:
-            properties["track"] = found.tracks[index]
-        features.append(Feature("line", (line.start, line.end), f"line {index}", found.plan.height, properties))
+        features.append(Feature("line", (line.start, line.end), found.names[index], found.plan.height, properties))
     return features
 
 

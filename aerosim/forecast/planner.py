@@ -112,7 +112,7 @@ def _area(feature: Feature, settings: Mapping[str, Any], wanted: AreaWanted) -> 
         raise error if error.key else error.at(where=feature.where) from error
     scenario = _scenario(settings, block.lines, height_above="ellipsoid", height_m=block.height)
     plan = plan_of(block.lines, block.height)
-    found = outlook_of(scenario, terrain, plan, block.ground, Area(corners, wanted.side_lap_pct), block.tracks)
+    found = outlook_of(scenario, terrain, plan, block.ground, Area(corners, wanted.side_lap_pct), block.names)
     highest = max(line["terrain_max_height_m"] for line in found.figures["lines"])
     if plan.height - highest < CLEARANCE:
         raise InputError(

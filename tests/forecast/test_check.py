@@ -103,7 +103,6 @@ def test_geometry_of_the_photos_and_rows(check: Check) -> None:
     found = check(wind=0)
     assert found["photos"]["footprint_along_m"] == pytest.approx(LENGTH, rel=1e-3)
     assert found["photos"]["gsd_m"] == pytest.approx(3000.0 * 12e-6 / 0.153, rel=1e-3)
-    assert found["photos"]["side_lap_pct"] is None
     # Equation (1): n = d / (f dt v/h)
     assert found["rows"]["planned_n"] == pytest.approx(39.7 / (132.6 * 0.05 * 70.0 / 3000.0), rel=1e-3)
     json.dumps(found, allow_nan=False)
