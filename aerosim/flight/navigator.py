@@ -20,7 +20,7 @@ CORRECTION_BANK = math.radians(6.0)
 ROLLING_OUT = math.radians(8.0)
 # On the heading: the navigator begins to look.
 ON_HEADING = math.radians(2.0)
-FIRST_LOOK_S = 5.0
+FIRST_LOOK_S = 8.0
 LOOK_LEAST_S = 4.0
 # Steepest track towards the line, and largest correction spoken at once.
 CLOSING_MAX = math.radians(10.0)
@@ -113,7 +113,8 @@ class Navigator:
             self._heard_at = math.inf
         error = math.remainder(self.ordered + self._hold - heading, 2.0 * math.pi)
         if self._look_at == math.inf and abs(error) < ON_HEADING:
-            self._look_at = t + FIRST_LOOK_S
+            # What the sight showed while turning says nothing.
+            self._track, self._look_at = track, t + FIRST_LOOK_S
         if t >= self._look_at:
             self._look(self._track, a * x + b * y + c * z - self._offset, t)
         limit = CORRECTION_BANK if abs(error) < ROLLING_OUT else self._plan.bank_turn

@@ -185,7 +185,7 @@ def test_offset_is_closed_from_either_side(side: float) -> None:
 def test_rolls_out_of_the_turn_onto_the_heading(off_deg: float) -> None:
     # As the last arc of a turn hands over: 25 deg left, in its bank, beside the line by R (1 - cos 25 deg).
     plan = plan_for()
-    navigator = crew(plan, 3)
+    navigator = crew(plan, 3, PERFECT)
     light = Light(navigator, plan.lines[0].course, plan)
     side = math.copysign(1.0, off_deg)
     light.heading += math.radians(off_deg)
