@@ -84,7 +84,7 @@ class SlowWind(Section):
         default=FREE_ATMOSPHERE_M_S, gt=0, le=30, description="mesoscale: rms difference of the wind over 100 km"
     )
     longest_km: float = Field(default=400.0, ge=10, le=2000, description="mesoscale: longest wavelength")
-    shortest_km: float = Field(default=3.35, ge=0.5, le=100, description="mesoscale: shortest wavelength")
+    shortest_km: float = Field(default=1.0, ge=0.2, le=100, description="mesoscale: shortest wavelength")
 
     @model_validator(mode="after")
     def _fits(self) -> SlowWind:

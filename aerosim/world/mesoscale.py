@@ -28,7 +28,7 @@ class Mesoscale(NamedTuple):
 
     structure: float = 3.6e-3
     longest: float = 400e3
-    shortest: float = 3350.0
+    shortest: float = 1000.0
 
 
 def spectrum_level(structure: float) -> float:

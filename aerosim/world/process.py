@@ -23,18 +23,38 @@ class GaussProcess:
             raise ValueError("the process is not stable")
         n = len(a)
         power = b @ b.T
-        joint = expm(np.block([[-a, power], [np.zeros((n, n)), a.T]]) * dt)
-        self._phi = np.ascontiguousarray(joint[n:, n:].T)
-        self._root = _root(self._phi @ joint[:n, n:])
+        self._phi, noise = _transition(a, power, dt)
+        self._root = _root(noise)
         self._c = np.ascontiguousarray(c, float)
         self._rng = rng
         self.covariance: Array = solve_continuous_lyapunov(a, -power)
         self._x = _root(self.covariance) @ rng.standard_normal(n)
 
+    @property
+    def output_covariance(self) -> Array:
+        """Covariance of y, (k, k), in its stationary state."""
+        found: Array = self._c @ self.covariance @ self._c.T
+        return found
+
     def draw(self, steps: int) -> Array:
         """The next values of y, (steps, k); the first call starts at time 0."""
         noise = self._rng.standard_normal((steps, len(self._x)))
         return _run(self._phi, self._root, self._c, self._x, noise)
+
+
+def _transition(a: Array, power: Array, dt: float) -> tuple[Array, Array]:
+    """Transition matrix over dt and covariance of the noise that comes in meanwhile."""
+    n = len(a)
+    # Van Loan's matrix holds exp(-A t), which overflows for a fast state and a long step: take a short step there,
+    # then double it
+    doublings = max(0, int(np.ceil(np.log2(np.abs(a).max() * dt))))
+    joint = expm(np.block([[-a, power], [np.zeros((n, n)), a.T]]) * (dt / 2**doublings))
+    phi = np.ascontiguousarray(joint[n:, n:].T)
+    noise = phi @ joint[:n, n:]
+    for _ in range(doublings):
+        noise = noise + phi @ noise @ phi.T
+        phi = phi @ phi
+    return phi, noise
 
 
 def _root(covariance: Array) -> Array:
