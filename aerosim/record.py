@@ -30,8 +30,8 @@ UNITS = {
 class Record:
     """A run in memory.  status: done, failed or interrupted; reason: why, if not done.
 
-    telemetry, matches, photos: columns of the tables of the same names, units in their names.  rows, surfaces:
-    what the viewer draws, empty if not kept.  inputs: files that the run was made from.
+    telemetry, matches, photos, lines: columns of the tables of the same names, units in their names.
+    rows, surfaces: what the viewer draws, empty if not kept.  inputs: files that the run was made from.
     """
 
     scenario: Scenario
@@ -40,6 +40,7 @@ class Record:
     telemetry: Columns
     matches: Columns
     photos: Columns
+    lines: Columns
     summary: dict[str, Any]
     rows: Columns = field(default_factory=dict)
     surfaces: Columns = field(default_factory=dict)
@@ -92,6 +93,11 @@ class Run:
     def photos(self) -> pa.Table:
         """One row per photo."""
         return self.table("photos")
+
+    @property
+    def lines(self) -> pa.Table:
+        """One row per survey line, as planned."""
+        return self.table("lines")
 
     @property
     def manifest(self) -> dict[str, Any]:

@@ -142,7 +142,7 @@ def _write_tables(record: Record, path: Path) -> None:
     from aerosim.scenario import to_yaml
 
     (path / "scenario.yaml").write_text(to_yaml(record.scenario), encoding="utf-8")
-    tables = {"telemetry": record.telemetry, "matches": record.matches, "photos": record.photos}
+    tables = {name: getattr(record, name) for name in ("telemetry", "matches", "photos", "lines")}
     if record.rows:
         tables |= {"rows": record.rows, "mad": record.surfaces}
     for name, columns in tables.items():

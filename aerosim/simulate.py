@@ -188,7 +188,17 @@ def tables(scenario: Scenario, m: Mission, log: Recorder, flown: Flown) -> Recor
         "aircraft": aircraft_folder(scenario) / f"{scenario.aircraft.model}.xml",
     }
     return Record(
-        scenario, flown.status, flown.reason, telemetry, matches, columns, summary, rows, surfaces, inputs
+        scenario,
+        flown.status,
+        flown.reason,
+        telemetry,
+        matches,
+        columns,
+        m.route.columns(),
+        summary,
+        rows,
+        surfaces,
+        inputs,
     )
 
 

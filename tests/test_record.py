@@ -19,7 +19,7 @@ from aerosim.errors import InputError
 from aerosim.record import Run, arrow_table, open_run, plain, telemetry_sha256, unit_of
 
 FILES = {
-    "scenario.yaml", "telemetry.parquet", "matches.parquet", "photos.parquet", "summary.json", "report.html", "run.rrd",
+    "scenario.yaml", "telemetry.parquet", "matches.parquet", "photos.parquet", "lines.parquet", "summary.json", "report.html", "run.rrd",
     "run.log", "manifest.json",
 }  # fmt: skip
 TELEMETRY = [

@@ -25,7 +25,7 @@ from aerosim.rundir import LAST_WORDS, Staging
 from aerosim.scenario import Scenario, from_mapping, to_yaml
 from aerosim.simulate import ROOM, run
 
-TABLES = {"telemetry.parquet", "matches.parquet", "photos.parquet"}
+TABLES = {"telemetry.parquet", "matches.parquet", "photos.parquet", "lines.parquet"}
 RECORD = {"scenario.yaml", "summary.json", "manifest.json", "run.log", *TABLES}
 
 

@@ -21,18 +21,12 @@ if TYPE_CHECKING:
     from aerosim.flight.plan import FlightPlan, Forecast
     from aerosim.flight.trim import Trim
     from aerosim.projection import Camera
+    from aerosim.scenario.build import Route
     from aerosim.scenario.scenario import Scenario
     from aerosim.world.terrain import Terrain
 
 # Columns of telemetry.parquet, 8 bytes each before compression.
 TELEMETRY_BYTES = 31 * 8
-
-
-class Area(NamedTuple):
-    """An area that a plan is to cover.  corners: (n, 2) latitude, longitude, rad; side_lap_pct: as asked for."""
-
-    corners: Array
-    side_lap_pct: float
 
 
 class Outlook(NamedTuple):
@@ -70,33 +64,23 @@ def forecast(scenario: Scenario) -> dict[str, Any]:
 
 def outlook(scenario: Scenario) -> Outlook:
     """Forecast of a scenario with the geometry behind it.  Raises InputError as `forecast`."""
-    from aerosim.scenario.build import plan_of, terrain_of
+    from aerosim.scenario.build import route_of, terrain_of
 
     terrain = terrain_of(scenario)
-    plan, ground = plan_of(scenario, terrain)
-    return outlook_of(scenario, terrain, plan, ground)
+    return outlook_of(scenario, terrain, route_of(scenario, terrain))
 
 
-def outlook_of(
-    scenario: Scenario,
-    terrain: Terrain,
-    plan: FlightPlan,
-    ground: float,
-    area: Area | None = None,
-    names: tuple[str, ...] = (),
-) -> Outlook:
-    """Forecast of a plan.  ground: mean height below it, ellipsoidal, m; area: None takes the lines' hull.
-
-    names: of the lines, by default their numbers from 0.  Raises InputError as `forecast`.
-    """
+def outlook_of(scenario: Scenario, terrain: Terrain, route: Route) -> Outlook:
+    """Forecast of a route of a scenario over its terrain.  Raises InputError as `forecast`."""
     from aerosim.scenario.build import at, camera_of, planned_vh
 
+    plan, ground, area = route.plan, route.ground, scenario.flight.area
     with at(scenario, "air.wind"):
-        wind = _wind(scenario, plan)
+        wind = _wind(scenario, route)
         flown = plan.forecast(*wind)
     trim = _trimmed(scenario, plan, wind)
     camera, vh = camera_of(scenario), planned_vh(plan, ground)
-    land = Land(plan, terrain, camera, None if area is None else area.corners)
+    land = Land(plan, terrain, camera, route.corners)
     lines = []
     for index in range(len(plan.lines)):
         with at(scenario, f"flight.lines.{index}"):
@@ -107,9 +91,8 @@ def outlook_of(
         [line["photo_base_m"] for line in lines],
         [math.radians(line["crab_deg"]) for line in lines],
     )
-    ring = _ring(land, plan, area)
-    names = names or tuple(str(index) for index in range(len(lines)))
-    lines = [{"name": name, **line} for name, line in zip(names, lines, strict=True)]
+    ring = _ring(land, plan, route.corners)
+    lines = [{"name": name, **line} for name, line in zip(route.names, lines, strict=True)]
     pairs = side_lap.figures(land, side_lap.pairs(land))
     found: dict[str, Any] = {
         "name": scenario.name,
@@ -122,14 +105,14 @@ def outlook_of(
         "storage": _storage(scenario, camera, flown.duration, sum(line["photos"] for line in lines)),
     }
     found["warnings"] = warnings(scenario, found, None if area is None else area.side_lap_pct)
-    return Outlook(found, plan, wind, land, terrain, shots, ring, names)
+    return Outlook(found, plan, wind, land, terrain, shots, ring, route.names)
 
 
-def _wind(scenario: Scenario, plan: FlightPlan) -> tuple[float, float]:
-    """The wind of the forecast, where it goes to, north and east, m/s."""
-    from aerosim.scenario.build import steady_wind
+def _wind(scenario: Scenario, route: Route) -> tuple[float, float]:
+    """The wind of the forecast, where it goes to, north and east, m/s: the mean one at the planned height."""
+    from aerosim.scenario.build import mean_wind
 
-    return steady_wind(scenario)[:2]
+    return mean_wind(scenario, route.plan, route.ground)[:2]
 
 
 def _trimmed(scenario: Scenario, plan: FlightPlan, wind: tuple[float, float]) -> Trim:
@@ -144,10 +127,10 @@ def _trimmed(scenario: Scenario, plan: FlightPlan, wind: tuple[float, float]) ->
         return aircraft.start(*first.start, plan.height, first.course, plan.airspeed, (*wind, 0.0))
 
 
-def _ring(land: Land, plan: FlightPlan, area: Area | None) -> Array | None:
+def _ring(land: Land, plan: FlightPlan, corners: Array | None) -> Array | None:
     """Outline of the area that is counted, on the plane, (n, 2), m: as asked for, or the hull of the lines."""
-    if area is not None:
-        return polygon.ring_of(land.plane.to_plane(area.corners))
+    if corners is not None:
+        return polygon.ring_of(land.plane.to_plane(corners))
     ends = land.plane.to_plane([point for line in plan.lines for point in (line.start, line.end)])
     try:
         return polygon.ring_of(polygon.hull(ends))

@@ -99,7 +99,7 @@ def _flown(source: Source) -> str:
     steady = hasattr(wind, "speed_m_s")
     blowing = f"wind {wind.speed_m_s:g} m/s from {wind.from_deg:g} deg" if steady else "wind by height"
     text = (
-        f"{len(s.flight.lines)} lines at {s.flight.height_m:g} m above the {above}, "
+        f"{source.count(source.lines)} lines at {s.flight.height_m:g} m above the {above}, "
         f"{s.flight.airspeed_m_s:g} m/s true; {blowing}, slow wind {air.slow_wind.sigma_m_s:g} m/s, "
         f"turbulence {air.turbulence.sigma_m_s:g} m/s (sigma); camera {camera.focal_mm:g} mm, "
         f"{camera.format_mm[0]:g} x {camera.format_mm[1]:g} mm; mode {s.control.mode}."

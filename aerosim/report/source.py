@@ -38,6 +38,7 @@ class Source:
     telemetry: Columns
     matches: Columns
     photos: Columns
+    lines: Columns
     missing: list[str] = field(default_factory=list)
 
     @cached_property
@@ -56,7 +57,9 @@ class Source:
         """Map grid of the drawings: the terrain's, or the UTM zone of the first line."""
         if self.terrain is not None:
             return self.terrain.grid
-        lat, lon = self.scenario.flight.lines[0].start_deg
+        if not self.count(self.lines):
+            raise InputError("cannot be drawn without its lines", where=str(self.path / "lines.parquet"))
+        lat, lon = float(self.lines["start_lat_deg"][0]), float(self.lines["start_lon_deg"][0])
         return MapGrid(f"EPSG:{(32600 if lat >= 0 else 32700) + int((lon + 180.0) // 6.0) % 60 + 1}")
 
     def count(self, table: Columns) -> int:
@@ -80,8 +83,12 @@ class Source:
     @cached_property
     def lines_g(self) -> Array:
         """Planned lines: start and end, easting and northing, m.  (lines, 2, 2)."""
-        ends = np.array([[line.start_deg, line.end_deg] for line in self.scenario.flight.lines], float)
-        return self.on_map(ends[..., 0].ravel(), ends[..., 1].ravel()).reshape(-1, 2, 2)
+        if not self.count(self.lines):
+            return np.empty((0, 2, 2))
+        ends = [
+            self.on_map(self.lines[f"{end}_lat_deg"], self.lines[f"{end}_lon_deg"]) for end in ("start", "end")
+        ]
+        return np.stack(ends, axis=1)
 
     @cached_property
     def footprints_g(self) -> Array:
@@ -149,8 +156,8 @@ def open_source(run_dir: Path) -> Source:
     if not (run_dir / "scenario.yaml").is_file():
         raise InputError("is no run directory: it has no scenario.yaml", where=str(run_dir))
     missing: list[str] = []
-    telemetry, matches, photos = (
-        _columns(run_dir / f"{name}.parquet", missing) for name in ("telemetry", "matches", "photos")
+    telemetry, matches, photos, lines = (
+        _columns(run_dir / f"{name}.parquet", missing) for name in ("telemetry", "matches", "photos", "lines")
     )
     return Source(
         run_dir,
@@ -160,5 +167,6 @@ def open_source(run_dir: Path) -> Source:
         telemetry,
         matches,
         photos,
+        lines,
         missing,
     )

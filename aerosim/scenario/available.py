@@ -10,8 +10,6 @@ from aerosim.scenario.section import Section
 AVAILABLE: dict[str, tuple[Any, ...]] = {
     "flight.replay": (None,),
     "flight.pilot": ("tracking",),
-    "flight.area": (None,),
-    "flight.file": (None,),
     "mount.level": ("static", "none"),
     "estimation.aiding": ("none",),
     "control.mode": ("fixed", "ideal", "schmelovsky_1988", "pipelined"),

@@ -61,7 +61,7 @@ def _periods(scenario: Scenario) -> list[Problem]:
 
 def _lines(scenario: Scenario) -> list[Problem]:
     out = []
-    for i, line in enumerate(scenario.flight.lines):
+    for i, line in enumerate(scenario.flight.lines or ()):
         key, length = f"flight.lines.{i}", line_length(line)
         if line.start_deg == line.end_deg:
             out.append((f"{key}.end_deg", "line ends where it starts", "another point than start_deg"))

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
-from aerosim.scenario.section import Point, Section
+from aerosim.scenario.area import Area
+from aerosim.scenario.section import Point, Section, wrong
 
 
 class Line(Section):
@@ -14,15 +15,6 @@ class Line(Section):
 
     start_deg: Point = Field(description="first point, [latitude, longitude], WGS-84")
     end_deg: Point = Field(description="last point, [latitude, longitude], WGS-84")
-
-
-class Area(Section):
-    """An area to be covered by parallel lines."""
-
-    corners_deg: tuple[Point, ...] = Field(
-        min_length=3, description="corners in order, each [latitude, longitude]"
-    )
-    side_lap_pct: float = Field(default=30.0, ge=0, le=90, description="overlap of neighbouring lines")
 
 
 class Flight(Section):
@@ -44,6 +36,19 @@ class Flight(Section):
         default="tracking",
         description="tracking: autopilot on the line; navigator: wind correction by word of mouth",
     )
-    lines: tuple[Line, ...] = Field(min_length=1, description="survey lines in the order they are flown")
-    area: Area | None = Field(default=None, description="area to be covered, instead of lines")
-    file: str | None = Field(default=None, description="file with the lines, instead of lines")
+    lines: tuple[Line, ...] | None = Field(
+        default=None, min_length=1, description="survey lines in the order they are flown"
+    )
+    area: Area | None = Field(default=None, description="area to be covered by parallel lines, instead of lines")
+    file: str | None = Field(
+        default=None, min_length=1, description="GeoJSON, KML or CSV file with the lines, instead of lines"
+    )
+
+    @model_validator(mode="after")
+    def _has_lines(self) -> Flight:
+        given = [name for name in ("lines", "area", "file") if getattr(self, name) is not None]
+        if not given:
+            raise wrong("has no lines", "lines, area or file", "lines")
+        if len(given) > 1:
+            raise wrong(f"is given besides {given[0]}", "one of lines, area and file", given[1])
+        return self

@@ -18,7 +18,13 @@ from aerosim.scenario.section import Section
 from aerosim.scenario.translate import translated
 
 # keys that hold the path of a file
-FILE_KEYS = ("terrain.source.orthophoto", "terrain.source.elevation", "flight.replay", "flight.file")
+FILE_KEYS = (
+    "terrain.source.orthophoto",
+    "terrain.source.elevation",
+    "flight.replay",
+    "flight.file",
+    "flight.area.file",
+)
 
 
 class Override(NamedTuple):

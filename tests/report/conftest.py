@@ -211,6 +211,9 @@ def make_run(folder: Path, length: float = 8000.0) -> Path:
     pq.write_table(pa.table(tel), folder / "telemetry.parquet")
     pq.write_table(pa.table(matches), folder / "matches.parquet")
     pq.write_table(pa.table(photos_of(tel)), folder / "photos.parquet")
+    legs = [(*geo[0], *geo[1]), (*geo[2], *geo[3])]
+    names = ("start_lat_deg", "start_lon_deg", "end_lat_deg", "end_lon_deg")
+    pq.write_table(pa.table(dict(zip(names, np.transpose(legs), strict=True))), folder / "lines.parquet")
     pq.write_table(pa.table(rows_of(tel)), folder / "rows.parquet")
     grey = pa.array([m.astype(np.float32) for m in mad["mad_grey"]], pa.list_(pa.float32()))
     pq.write_table(pa.table({**mad, "mad_grey": grey}), folder / "mad.parquet")

@@ -24,9 +24,10 @@ from aerosim.scenario.build.devices import (
     rows_of,
     strips_of,
 )
-from aerosim.scenario.build.flight import aircraft_folder, plan_of, planned_vh, steady_wind
+from aerosim.scenario.build.flight import aircraft_folder, planned_vh
 from aerosim.scenario.build.land import terrain_of
 from aerosim.scenario.build.placing import at
+from aerosim.scenario.build.route import Route, route_of
 from aerosim.scenario.scenario import Scenario
 from aerosim.sensing.ccd_rows import CcdRows
 from aerosim.sensing.frame_camera import FrameCamera, ShutterParameters
@@ -37,16 +38,16 @@ from aerosim.world.terrain import Terrain
 
 __all__ = [
     "Mission",
+    "Route",
     "aircraft_folder",
     "at",
     "build",
     "camera_of",
     "mean_wind",
     "motion_of",
-    "plan_of",
     "planned_n",
     "planned_vh",
-    "steady_wind",
+    "route_of",
     "terrain_of",
 ]
 
@@ -61,6 +62,7 @@ class Mission:
     dt: float
     duration: float
     terrain: Terrain
+    route: Route
     ground: GroundView
     flight: JsbsimFlight
     mount: Mount
@@ -81,7 +83,8 @@ class Mission:
 def build(scenario: Scenario) -> Mission:
     """All parts of a run.  Raises InputError for whatever cannot be flown, with the place of its key."""
     terrain = terrain_of(scenario)
-    plan, ground_height = plan_of(scenario, terrain)
+    route = route_of(scenario, terrain)
+    plan, ground_height = route.plan, route.ground
     rate, rows = scenario.aircraft.step_rate_hz, scenario.ccd_rows
     dt = 1.0 / rate
     rng_of = partial(generator, scenario.seed)
@@ -106,6 +109,7 @@ def build(scenario: Scenario) -> Mission:
         dt=dt,
         duration=duration,
         terrain=terrain,
+        route=route,
         ground=ground,
         flight=flight,
         mount=Mount(mount_of(scenario, flight.state().pitch), dt, rng_of("mount.encoder")),
