@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from maker.model import product, prop, value
-from maker.table import Piston, Table, Turboprops
+from maker.model import finite, product, prop, value
+from maker.table import POUND, Piston, Table, Turboprops
 
 PSF_INHG = 2116.2166 / 29.92126
 PRESSURE_0_INHG = 29.92126
@@ -157,6 +157,14 @@ def power(table: Table) -> str:
 def lateral(table: Table) -> str:
     """Roll hold by aileron, yaw damper by rudder."""
     g = table.gains
+    sine = f"<sin>{prop('attitude/phi-rad')}</sin>"
+    turn = f"<quotient>{product(value(32.174), sine)}{prop('velocities/vt-fps')}</quotient>"
+    damper = product(value(g.rudder_rate), f"<difference>{prop('velocities/r-rad_sec')}{turn}</difference>")
+    comment = ""
+    if g.rudder_side:
+        each_pound = g.rudder_side * POUND / table.mass.total_kg
+        damper = f"<sum>{damper}{product(value(each_pound), finite('forces/fby-total-lbs', 1e9))}</sum>"
+        comment = ", and the side force felt: the ball kept in the middle"
     return f"""  <channel name="lateral">
     <fcs_function name="ap/roll-error-rad">
       <function><product><property>ap/on</property>
@@ -181,14 +189,11 @@ def lateral(table: Table) -> str:
       </sum></function>
       <clipto><min>{-g.aileron_most}</min><max>{g.aileron_most}</max></clipto>
     </fcs_function>
-    <!-- yaw damper: the yaw rate beyond that of a coordinated turn -->
+    <!-- yaw damper: the yaw rate beyond that of a coordinated turn{comment} -->
     <fcs_function name="fcs/rudder-pos-rad">
       <function><sum>
         <property>trim/rudder-rad</property>
-        <product><property>ap/on</property><value>{g.rudder_rate}</value>
-          <difference><property>velocities/r-rad_sec</property>
-            <quotient><product><value>32.174</value><sin><property>attitude/phi-rad</property></sin></product>
-              <property>velocities/vt-fps</property></quotient></difference></product>
+        <product><property>ap/on</property>{damper}</product>
       </sum></function>
       <clipto><min>{-g.rudder_most}</min><max>{g.rudder_most}</max></clipto>
     </fcs_function>

@@ -61,7 +61,7 @@ def hat_functions(table: Table) -> list[str]:
         found.append(function(f"aero/{rate}-hat", product(*extra, prop(scale), turning)))
     for factor, rate, scale in (("alpha'^", "alphadot", "aero/ci2vel"), ("beta'^", "betadot", "aero/bi2vel")):
         if factor in used:
-            found.append(function(FACTORS[factor], product(prop(scale), finite(f"aero/{rate}-rad_sec"))))
+            found.append(function(FACTORS[factor], product(prop(scale), finite(f"aero/{rate}-rad_sec", 1e3))))
     if isinstance(table.engine, Piston):
         found.append(function("aero/pressure-t", pressure_rise(table.engine)))
     for name in table.sums:
@@ -70,10 +70,10 @@ def hat_functions(table: Table) -> list[str]:
     return found
 
 
-def finite(name: str) -> str:
+def finite(name: str, below: float) -> str:
     """A property, or 0 while it is not a number: JSBSim's first pass has no accelerations, and a force that
     followed them would never recover."""
-    return f"<ifthen><lt>{prop(name)}{value(1e3)}</lt>{prop(name)}{value(0.0)}</ifthen>"
+    return f"<ifthen><lt>{prop(name)}{value(below)}</lt>{prop(name)}{value(0.0)}</ifthen>"
 
 
 def pressure_rise(engine: Piston) -> str:

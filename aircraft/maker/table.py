@@ -115,7 +115,10 @@ class Piston:
 
 @dataclass(frozen=True)
 class Gains:
-    """Autopilot: ft, ft/s, rad, W.  *_most: limits of surfaces and deviations, rad."""
+    """Autopilot: ft, ft/s, rad, W.  *_most: limits of surfaces and deviations, rad.
+
+    rudder_side: rudder for each g of side force felt, rad: what a weak fin leaves to the feet.
+    """
 
     climb: float
     climb_most: float
@@ -135,6 +138,7 @@ class Gains:
     aileron_most: float
     rudder_rate: float
     rudder_most: float
+    rudder_side: float = 0.0
 
 
 @dataclass(frozen=True)
