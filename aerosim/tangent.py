@@ -79,6 +79,8 @@ def relief_on(
     corners = np.stack(np.meshgrid(x[0] + (x[-1] - x[0]) * nodes, y[0] + (y[-1] - y[0]) * nodes), axis=-1)
     placed = grid.from_geodetic(*np.moveaxis(plane.to_geodetic(corners), -1, 0))
     easting, northing = (_bilinear(part, rows, cols) for part in placed)
+    if not (np.isfinite(easting).all() and np.isfinite(northing).all()):  # off the map of this grid
+        return Window.of(np.full((rows, cols), np.nan), x[0], y[0], step, -step)
     window = elevation(step).covering(easting.min(), northing.min(), easting.max(), northing.max())
     return Window.of(sample(window, easting, northing), x[0], y[0], step, -step)
 

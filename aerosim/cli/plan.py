@@ -137,9 +137,9 @@ def _pair_of(text: str, option: str) -> tuple[float, float]:
     return first, second
 
 
-def _course_of(text: str) -> float | None:
+def _course_of(text: str) -> float | str:
     if text == "auto":
-        return None
+        return text
     try:
         return float(text)
     except ValueError:
@@ -156,15 +156,21 @@ def _terrain_of(text: str, datum: str) -> dict[str, Any]:
     return {"source": source, "vertical_datum": known if isinstance(known, str) else {"undulation_m": known}}
 
 
-# keys of the scenario in messages, as they are called here
+# keys of the scenario in messages, as they are called here; those of the file AREA need no name
 OPTIONS = {
-    "terrain.source": "--terrain", "terrain.vertical_datum": DATUM_OPTION, "flight.height_m": "--height_m",
-    "flight.airspeed_m_s": "--airspeed_m_s", "flight.run_in_s": "--run_in_s",
-    "flight.bank_max_deg": "--bank_max_deg", "air.wind.speed_m_s": "--wind_m_s", "air.wind": "--wind_m_s",
-    "air.wind.from_deg": "--wind_from_deg", "control.end_lap_pct": "--end_lap_pct",
-    "frame_camera.focal_mm": "--focal_mm", "frame_camera.format_mm": "--format_mm",
-    "frame_camera.pixel_um": "--pixel_um", "frame_camera.exposure_s": "--exposure_s",
-    "frame_camera.min_interval_s": "--min_interval_s", "aircraft.model": "--aircraft",
+    "terrain.source": "--terrain", "terrain.vertical_datum": DATUM_OPTION, "aircraft.model": "--aircraft",
+    "air.wind": "--wind_m_s", "air.wind.speed_m_s": "--wind_m_s", "air.wind.from_deg": "--wind_from_deg",
+    **dict.fromkeys(("flight.area", "flight.area.file", "flight.file"), ""),
+    **{f"flight.{key}": f"--{key}" for key in ("height_m", "airspeed_m_s", "run_in_s", "bank_max_deg")},
+    **{
+        f"flight.area.{key}": f"--{key}"
+        for key in ("course_deg", "side_lap_pct", "side_lap_min_pct", "photos_beyond", "order")
+    },
+    "control.end_lap_pct": "--end_lap_pct",
+    **{
+        f"frame_camera.{key}": f"--{key}"
+        for key in ("focal_mm", "format_mm", "pixel_um", "exposure_s", "min_interval_s")
+    },
 }  # fmt: skip
 
 
@@ -245,12 +251,13 @@ def plan(
             "exposure_s": exposure_s, "min_interval_s": min_interval_s,
         },
     }  # fmt: skip
-    from aerosim.forecast.planner import AreaWanted, plan_file
+    from aerosim.forecast.planner import plan_file
 
-    wanted = AreaWanted(
-        side_lap_pct, min(side_lap_pct, 10.0) if side_lap_min_pct is None else side_lap_min_pct,
-        _course_of(course_deg), photos_beyond, order,
-    )  # fmt: skip
+    least = min(side_lap_pct, 10.0) if side_lap_min_pct is None else side_lap_min_pct
+    wanted = {
+        "course_deg": _course_of(course_deg), "side_lap_pct": side_lap_pct, "side_lap_min_pct": least,
+        "photos_beyond": photos_beyond, "order": order,
+    }  # fmt: skip
     try:
         found = plan_file(area, settings, wanted)
     except InputError as error:

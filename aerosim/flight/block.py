@@ -79,13 +79,13 @@ class Wanted:
 class Block(NamedTuple):
     """A planned block.
 
-    lines: in the order flown; names: of each, its number across the area from 1, parts with letters.  height: ellipsoidal, ground:
+    lines: in the order flown; tracks: of each, its number across the area from 1, parts with letters.  height: ellipsoidal, ground:
     mean of the area, m.  course: of the first line in the area's middle, rad.  spacing: between neighbouring
     tracks on the ellipsoid, m.  base: between photos on the ellipsoid, m.
     """
 
     lines: tuple[Line, ...]
-    names: tuple[str, ...]
+    tracks: tuple[str, ...]
     height: float
     ground: float
     course: float
@@ -97,6 +97,7 @@ class _Area:
     """The polygon in the plane, and the relief within it."""
 
     def __init__(self, corners: Array, ground: Ground) -> None:
+        self._corners, self._ground = corners, ground
         self.plane = TangentPlane.around(corners)
         self.ring = polygon.ring_of(self.plane.to_plane(corners))
         if (at := polygon.crossing(self.ring)) is not None:
@@ -125,6 +126,14 @@ class _Area:
         rows, cols = np.nonzero(within)
         return np.column_stack([x[cols], y[rows]]), heights[rows, cols].astype(float)
 
+    def _swapped(self) -> str:
+        """A guess at the reason why an area lies beyond the terrain."""
+        other = TangentPlane.around(self._corners[:, ::-1])
+        placed = other.to_plane(self._corners[:, ::-1])
+        bounds = (*placed.min(axis=0), *placed.max(axis=0))
+        relief = relief_on(other, bounds, self._ground.grid, self._ground.elevation, self._ground.cell)
+        return "" if np.isnan(relief.low) else ": latitude and longitude are swapped"
+
     def levels(self, wanted: Wanted) -> tuple[float, float]:
         """Flying height and mean ground, ellipsoidal, m.  Raises InputError: ground unknown or too high."""
         where, heights = self.cells
@@ -133,7 +142,7 @@ class _Area:
             lat, lon = np.degrees(self.plane.to_geodetic(missing))
             raise InputError(
                 f"{100.0 * np.isnan(heights).mean():.3g} % of the area lie beyond the terrain, "
-                f"as at latitude {lat:.5f}, longitude {lon:.5f} deg",
+                f"as at latitude {lat:.5f}, longitude {lon:.5f} deg{self._swapped()}",
                 allowed="an area on the terrain; corners as latitude, longitude",
             )
         mean = float(heights.mean())
