@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import fields
 from pathlib import Path
 
 from aerosim.errors import InputError
@@ -41,6 +42,13 @@ def check_limits(folder: Path) -> tuple[Limits, bytes]:
     place = f"{folder.name}/{FILE}"
     content = read_bounded(folder / FILE, place)
     lines = _lines(content, place)
+    names = [each.name for each in fields(Limits)]
+    for key in lines:
+        if key not in names:
+            raise refusal(_at(place, lines, key), f"unknown key {key}", ", ".join(names))
+    for key in names:
+        if key not in lines:
+            raise refusal(place, f"lacks {key}", ", ".join(names))
     try:
         limits = Limits.read(folder / FILE)
     except InputError as error:
