@@ -20,6 +20,7 @@ WGS84_A = 6378137.0
 WGS84_F = 1.0 / 298.257223563
 WGS84_E2 = WGS84_F * (2.0 - WGS84_F)
 GRAVITY = 9.80665
+EARTH_RATE = 7.292115e-5
 
 
 def wrap_pi(angle: ArrayLike) -> Array:

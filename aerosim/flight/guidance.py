@@ -8,25 +8,15 @@ from enum import StrEnum
 import numpy as np
 
 from aerosim.errors import InputError, RunFailure
-from aerosim.flight.plan import FlightPlan, Line
+from aerosim.flight.plan import FlightPlan, Line, wind_triangle
+from aerosim.flight.steering import Kinematics, Law
 from aerosim.flight.turns import ROLL_RATE, TURN, Turn, roll_lag
 from aerosim.frames import GRAVITY
 
-Kinematics = tuple[float, float, float, float, float, float]
-
-# Bank for each metre off the line, each m/s across it, each metre second: well damped, 64 s long, so that it
-# neither chases gusts of seconds nor rolls the camera for them.
-OFFSET_GAIN = 1.0e-3
-RATE_GAIN = 0.0164
-INTEGRAL_GAIN = 1.6e-5
-INTEGRAL_BAND = 5.0
-# Rate of closing towards the line, as a part of the airspeed, at most.
-CLOSING = 0.5
 # Bank for each radian of heading on the straight part of a turn.
 HEADING_GAIN = 1.5
 # Heading left of the last arc at which the line itself is captured.
 CAPTURE = math.radians(25.0)
-EARTH_RATE = 7.292115e-5
 
 
 class Phase(StrEnum):
@@ -56,8 +46,10 @@ class Guidance:
     line: 0, 1, ... between a line's start and end, else -1.  next_line: the line flown or approached.
     """
 
-    def __init__(self, plan: FlightPlan, period: float) -> None:
+    def __init__(self, plan: FlightPlan, period: float, law: Law, heading: float) -> None:
+        """law: keeps to the lines; heading: of the nose on the first one, rad."""
         self.plan = plan
+        self._law = law
         self.period = period
         self.phase = Phase.RUN_IN
         self.line = -1
@@ -65,10 +57,11 @@ class Guidance:
         self.roll_command = 0.0
         self._lag = roll_lag(plan.bank_turn)
         self._rate = GRAVITY * math.tan(plan.bank_turn) / plan.airspeed
-        self._take(plan.lines[0])
+        self._take(plan.lines[0], heading)
 
-    def _take(self, line: Line) -> None:
-        """Make a line the one that is flown or approached."""
+    def _take(self, line: Line, heading: float) -> None:
+        """Make a line the one that is flown or approached.  heading: of the nose on it in the wind, rad."""
+        self._law.take(line, heading)
         start, end = line.end_points(self.plan.height)
         self._line = line
         self._normal = tuple(float(v) for v in line.normal)
@@ -77,41 +70,25 @@ class Guidance:
         self._forward_end = tuple(float(v) for v in line.forward_end)
         self._along_start = float(line.forward_start @ start)
         self._along_end = float(line.forward_end @ end)
-        self._integral = 0.0
-        # Bank against the Coriolis acceleration, which pushes to the right on the northern half.
-        self._level = -2.0 * EARTH_RATE * math.sin(line.start[0]) * self.plan.airspeed / GRAVITY
 
     def cross_track(self, x: float, y: float, z: float) -> float:
         """Distance from the line flown or approached, positive to its right, m.  x, y, z: in e, m."""
         a, b, c = self._normal
         return a * x + b * y + c * z - self._offset
 
-    def update(self, at: Kinematics, wind_north: float, wind_east: float) -> float:
-        """Roll to command, rad.  at: position (m), ground velocity (m/s) in e; wind: where it goes to, m/s."""
-        if self.phase is Phase.TURN:
-            wanted = self._turn_step(at, wind_north, wind_east)
-        else:
-            wanted = self._track(at)
+    def update(self, at: Kinematics, heading: float, t: float, wind_north: float, wind_east: float) -> float:
+        """Roll to command, rad.
+
+        at: position (m), ground velocity (m/s) in e; heading: of the nose, rad; t: s; wind: where it goes to, m/s.
+        """
+        wanted = self._turn_step(at, wind_north, wind_east) if self.phase is Phase.TURN else None
+        if wanted is None:
+            wanted = self._law.bank(at, heading, t)
             self._progress(at, wind_north, wind_east)
         most = ROLL_RATE * self.period
         change = wanted - self.roll_command
         self.roll_command += most if change > most else -most if change < -most else change
         return self.roll_command
-
-    def _track(self, at: Kinematics) -> float:
-        """Bank that brings the aircraft onto the line and keeps it there."""
-        x, y, z, vx, vy, vz = at
-        a, b, c = self._normal
-        across = a * x + b * y + c * z - self._offset
-        rate = a * vx + b * vy + c * vz
-        if -INTEGRAL_BAND < across < INTEGRAL_BAND and self.phase is not Phase.TURN:
-            self._integral += INTEGRAL_GAIN * self.period * across
-        most = CLOSING * self.plan.airspeed * RATE_GAIN
-        closing = OFFSET_GAIN * across
-        closing = most if closing > most else -most if closing < -most else closing
-        bank = self._level - closing - RATE_GAIN * rate - self._integral
-        limit = self.plan.bank_max
-        return limit if bank > limit else -limit if bank < -limit else bank
 
     def _progress(self, at: Kinematics, wind_north: float, wind_east: float) -> None:
         """Begin and end of lines."""
@@ -133,15 +110,15 @@ class Guidance:
             return
         self.phase = Phase.TURN
         self.next_line += 1
-        self._take(self.plan.lines[self.next_line])
-        self._begin_turn(at, wind_north, wind_east)
+        self._begin_turn(at, self.plan.lines[self.next_line], (wind_north, wind_east))
 
-    def _begin_turn(self, at: Kinematics, wind_north: float, wind_east: float) -> None:
-        wind = (wind_north, wind_east)
+    def _begin_turn(self, at: Kinematics, line: Line, wind: tuple[float, float]) -> None:
         try:
-            self._turn: Turn = self.plan.turn(self._line, np.array(at[:3]), np.array(at[3:]), wind)
+            self._turn: Turn = self.plan.turn(line, np.array(at[:3]), np.array(at[3:]), wind)
+            heading, _ = wind_triangle(line.course, self.plan.airspeed, *wind)
         except InputError as refusal:
             raise RunFailure(f"line {self.next_line} cannot be reached: {refusal}") from refusal
+        self._take(line, heading)
         self._part = _Part.FIRST
         self._left = self._turn.angle_first
         self._heading = self._air_heading(at, self._line.frame_wind(*wind))
@@ -154,7 +131,8 @@ class Guidance:
         d, e, f = self._forward
         return math.atan2(a * vx + b * vy + c * vz - wind[1], d * vx + e * vy + f * vz - wind[0])
 
-    def _turn_step(self, at: Kinematics, wind_north: float, wind_east: float) -> float:
+    def _turn_step(self, at: Kinematics, wind_north: float, wind_east: float) -> float | None:
+        """Bank in a turn, None when the line itself can be captured."""
         wind = self._line.frame_wind(wind_north, wind_east)
         heading = self._air_heading(at, wind)
         self._clock += self.period
@@ -175,7 +153,7 @@ class Guidance:
         self._miss: float | None = None
         return 0.0
 
-    def _straight(self, at: Kinematics, wind: tuple[float, float]) -> float:
+    def _straight(self, at: Kinematics, wind: tuple[float, float]) -> float | None:
         """Heading held until the last arc, begun now, would end on the line."""
         turn = self._turn
         left = math.fmod(turn.last * (turn.heading_end - self._heading) + 2.0 * TURN, TURN)
@@ -204,11 +182,11 @@ class Guidance:
         a_metre = sway + wind[1] * left / self.plan.airspeed
         return across + a_metre * self.plan.airspeed / self._rate, a_metre
 
-    def _last_arc(self, at: Kinematics, wind: tuple[float, float]) -> float:
-        """Bank of the arc that ends on the line."""
+    def _last_arc(self, at: Kinematics, wind: tuple[float, float]) -> float | None:
+        """Bank of the arc that ends on the line, None at its end."""
         if self._left < CAPTURE:
             self.phase = Phase.RUN_IN
-            return self._track(at)
+            return None
         lag = max(0.0, self._lag - 0.5 * self._clock)
         miss, a_metre = self._miss_of(at, wind, self._left, lag)
         nominal = self.plan.airspeed / self._rate

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import cos, sin
 from typing import Protocol
 
 from aerosim.flight.aircraft import Aircraft
 from aerosim.flight.guidance import Guidance, Phase
 from aerosim.flight.plan import FlightPlan, wind_triangle
+from aerosim.flight.steering import Law, Tracking
 from aerosim.truth import AircraftState, AirState, Where
 
 GUIDANCE_EVERY = 2  # states of the air
@@ -26,8 +28,15 @@ class JsbsimFlight:
     air: what the aircraft feels now.  Raises InputError for a plan that this aircraft cannot fly in this wind.
     """
 
-    def __init__(self, aircraft: Aircraft, plan: FlightPlan, air: Air, hold: int) -> None:
-        """air: its states follow each other every `hold` steps."""
+    def __init__(
+        self,
+        aircraft: Aircraft,
+        plan: FlightPlan,
+        air: Air,
+        hold: int,
+        pilot: Callable[[FlightPlan, float], Law] = Tracking,
+    ) -> None:
+        """air: its states follow each other every `hold` steps.  pilot: makes its law, for a period (s)."""
         self.aircraft = aircraft
         self.plan = plan
         self._air = air
@@ -42,7 +51,8 @@ class JsbsimFlight:
         lat, lon = first.before_start(distance, plan.height)
         course = first.course_at(lat, lon)
         self.trim = aircraft.start(lat, lon, plan.height, course, plan.airspeed, wind_n)
-        self._guidance = Guidance(plan, GUIDANCE_EVERY * hold * aircraft.step_period)
+        period = GUIDANCE_EVERY * hold * aircraft.step_period
+        self._guidance = Guidance(plan, period, pilot(plan, period), self.trim.heading)
         self._guidance.roll_command = self.trim.roll
         self._where = aircraft.place
         self._index = 0
@@ -69,8 +79,10 @@ class JsbsimFlight:
         aircraft = self.aircraft
         self.air = air = self._air.at(self._index, self._where)
         if self._index % GUIDANCE_EVERY == 0:
-            aircraft.command_roll(self._guidance.update(aircraft.ecef(), air.wind_north, air.wind_east))
-            self._mat_nb = _mat_nb(*aircraft.attitude())
+            attitude, t = aircraft.attitude(), aircraft.steps * aircraft.step_period
+            self._mat_nb = _mat_nb(*attitude)
+            roll = self._guidance.update(aircraft.ecef(), attitude[2], t, air.wind_north, air.wind_east)
+            aircraft.command_roll(roll)
         aircraft.feel(air, self._mat_nb)
         self._index += 1
 
