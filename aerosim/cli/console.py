@@ -161,28 +161,28 @@ def _left(started: float, share: float) -> str:
     return f"{seconds:.0f} s left" if seconds < 100 else f"{seconds / 60:.0f} min left"
 
 
-def _plain_progress(label: str) -> Progress:
+def _plain_progress(label: str, unit: str) -> Progress:
     started, told = time.monotonic(), [0.0]
 
     def progress(done: float, total: float) -> None:
         share = done / total if total > 0 else 1.0
         if share >= told[0] + _PLAIN_SHARE and share < 1:
             told[0] = share
-            print(f"{label}: {100 * share:.0f} % of {total:.0f} s flown, {_left(started, share)}", file=sys.stderr)
+            print(f"{label}: {100 * share:.0f} % of {total:.0f} {unit}, {_left(started, share)}", file=sys.stderr)
 
     return progress
 
 
 @contextmanager
-def progress_of(label: str) -> Iterator[Progress | None]:
-    """Progress of a flight on stderr: a bar with the time left on a terminal, else a line for each tenth.
+def progress_of(label: str, unit: str = "s flown") -> Iterator[Progress | None]:
+    """Progress of a flight or other work on stderr: a bar with the time left on a terminal, else lines by tenths.
 
-    Gives a function of seconds flown and seconds in all; None if quiet.
+    Gives a function of what is done and what there is in all; None if quiet.
     """
     if settings.quiet:
         yield None
     elif not sys.stderr.isatty():
-        yield _plain_progress(label)
+        yield _plain_progress(label, unit)
     else:
         from rich.console import Console
         from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
@@ -193,6 +193,8 @@ def progress_of(label: str) -> Iterator[Progress | None]:
             task = bar.add_task(label, total=1.0, flown="")
 
             def progress(done: float, total: float) -> None:
-                bar.update(task, completed=done, total=total, flown=f"{done:.0f} of {total:.0f} s")
+                bar.update(
+                    task, completed=done, total=total, flown=f"{done:.0f} of {total:.0f} {unit.partition(' ')[0]}"
+                )
 
             yield progress

@@ -1,4 +1,4 @@
-"""`terrain info`: what a terrain is, before a flight over it."""
+"""`terrain info` and `terrain make`: what a terrain is, and land for a flight that has none."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from aerosim.cli.console import Debug, Json, Quiet, Verbose, print_json, print_table
+from aerosim.cli.console import Debug, Json, Quiet, Verbose, print_json, print_table, progress_of, say
 from aerosim.errors import InputError
 
 DATUM_OPTION = "--vertical-datum"
@@ -77,4 +77,68 @@ def info(
     except InputError as error:
         raise replace(error, key=OPTION_OF.get(error.key, error.key)) from error
     (print_json if as_json else print_table)(found)
+    return 0
+
+
+def _pixel(pixel_m: float | None, above: float) -> tuple[float, float]:
+    """Pixel of the orthophoto, and of the rows on the ground, m.  above: flying height over the ground, m."""
+    # a pixel of the rows sees 1/132.6 of the height; the ground is read at half of that, a third is finer
+    detail = max(above, 200.0) / 132.6
+    return (pixel_m if pixel_m is not None else max(round(detail / 3.0, 1), 0.5)), detail
+
+
+@app.command()
+def make(
+    out: Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="New folder for the two files.")],
+    around: Annotated[
+        str,
+        typer.Option(
+            "--around",
+            metavar="FILE|LAT,LON",
+            help="A trajectory, lines or an area (.geojson, .kml, .csv), or a point in deg.",
+        ),
+    ],
+    *,
+    margin_m: Annotated[float, typer.Option("--margin_m", help="Land to either side.")] = 5000.0,
+    height_m: Annotated[float, typer.Option("--height_m", help="Mean of the land, above the ellipsoid.")] = 0.0,
+    relief_m: Annotated[float, typer.Option("--relief_m", help="Standard deviation of its heights.")] = 0.0,
+    flown_m: Annotated[
+        float | None,
+        typer.Option(
+            "--flown_m",
+            show_default=False,
+            help="Flying height above the ellipsoid, which sets how fine the land is.  "
+            "[that of the trajectory, else 3000 m above the land]",
+        ),
+    ] = None,
+    pixel_m: Annotated[
+        float | None,
+        typer.Option("--pixel_m", show_default=False, help="Of the orthophoto.  [a third of a row's pixel]"),
+    ] = None,
+    seed: Annotated[int, typer.Option("--seed", metavar="N", help="Another seed is other land.")] = 1,
+    quiet: Quiet = False,
+    verbose: Verbose = 0,
+    debug: Debug = False,
+) -> int:
+    """Make synthetic land for a flight: textured orthophoto and elevation, as two GeoTIFF files.
+
+    The last lines printed are the files: orthophoto, elevation.
+    """
+    from aerosim.forecast.around import around as ways_of
+    from aerosim.world.synthetic import Ground, make_terrain
+
+    found = ways_of(around)
+    flown = flown_m if flown_m is not None else found.height
+    above = 3000.0 if flown is None else flown - height_m
+    if above < 100.0:
+        raise InputError(
+            f"land at {height_m:g} m is {above:.0f} m below the flight", key="--height_m", allowed="100 m and more"
+        )
+    pixel, detail = _pixel(pixel_m, above)
+    ground = Ground(height_m, relief_m, pixel, max(25.0, 4.0 * pixel), detail, seed)
+    say(f"land with pixels of {pixel:g} m, for a flight {above:.0f} m above it")
+    with progress_of("land", "tiles") as progress:
+        files = make_terrain(found.ways, margin_m, ground, out, progress)
+    for file in files:
+        print(file)
     return 0
