@@ -79,9 +79,9 @@ class Wanted:
 class Block(NamedTuple):
     """A planned block.
 
-    lines: in the order flown; tracks: of each, its number across the area from 1, parts with letters.  height: ellipsoidal, ground:
-    mean of the area, m.  course: of the first line in the area's middle, rad.  spacing: between neighbouring
-    tracks on the ellipsoid, m.  base: between photos on the ellipsoid, m.
+    lines: in the order flown; tracks: of each, its number across the area from 1, parts with letters.  height:
+    ellipsoidal, ground: mean of the area, m.  course: of the first line in the area's middle, rad.  spacing:
+    between neighbouring tracks, base: between photos, both on the ellipsoid, m.
     """
 
     lines: tuple[Line, ...]
@@ -222,12 +222,12 @@ class _Swath:
         return self._angle * (self._height - ground) / (1.0 + ground / EARTH_RADIUS)
 
     def _least(self, low: float, high: float) -> float:
-        """Width over the highest ground between two places."""
-        first, last = (int((at - self.low) / self._slice) for at in (low, high))
+        """Width over the highest ground between two places; beyond the area, over its nearest ground."""
+        end = len(self._highest) - 1
+        first, last = (min(max(int((at - self.low) / self._slice), 0), end) for at in (low, high))
         # a slice to either side: the relief between two cells may lie on the other side of the limit
-        piece = self._highest[max(first - 1, 0) : max(last + 2, 1)]
-        top = float(piece.max(initial=-np.inf))
-        return self._width(top) if math.isfinite(top) else math.inf
+        top = float(self._highest[max(first - 1, 0) : last + 2].max())
+        return self._width(top if math.isfinite(top) else float(self._highest.max()))
 
     def _fit(self, low: float, share: float, most: float) -> float:
         """Greatest step up to `most` that is at most a share of the width over the ground it crosses."""
@@ -253,15 +253,12 @@ class _Swath:
         first = self.low + self._fit(self.low, self._edge(), 0.5 * self._usual / (1.0 - self._wanted.side_lap))
         first = min(first, 0.5 * (self.low + self.high))
         found = self._from(first)
-        for _ in range(3):
-            surplus = self._covers(found[-1]) - self.high
-            if len(found) == 1:
-                return np.array([0.5 * (self.low + self.high)])
-            again = self._from(found[0] - 0.5 * surplus, len(found))
-            if self._covers(again[-1]) < self.high:
-                break
-            found = again
-        return np.array(found)
+        if len(found) == 1:
+            return np.array([0.5 * (self.low + self.high)])
+        surplus = self._covers(found[-1]) - self.high
+        shared = self._from(first - 0.5 * surplus, len(found))
+        # over other ground the lines may lie nearer to each other and fall short of the edge
+        return np.array(shared if self._covers(shared[-1]) >= self.high else found)
 
     def _from(self, first: float, number: int | None = None) -> list[float]:
         """Tracks from a first one on, until the area is covered, or so many."""
