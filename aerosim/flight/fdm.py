@@ -22,7 +22,11 @@ class _Log(jsbsim.FGLogger):
     def __init__(self, heard: Callable[[str], None]) -> None:
         super().__init__()
         self._heard = heard
-        self._text = ""
+        self._text = self._place = ""
+
+    def file_location(self, filename: str, line: int) -> None:
+        """File and line that a record is about."""
+        self._place = f"{Path(filename).name}:{line}: "
 
     def message(self, text: str) -> None:
         """Part of a record."""
@@ -31,8 +35,8 @@ class _Log(jsbsim.FGLogger):
     def flush(self) -> None:
         """End of a record."""
         if int(self.log_level) >= WARN and self._text.strip():
-            self._heard(" ".join(self._text.split()))
-        self._text = ""
+            self._heard(self._place + " ".join(self._text.split()))
+        self._text = self._place = ""
 
 
 @contextmanager
@@ -88,11 +92,19 @@ def _load(folder: Path, period: float, records: list[str]) -> Any:
     try:
         loaded = fdm.load_model_with_paths(folder.name, *paths, True)
     except jsbsim.BaseError as error:
-        raise InputError(f"aircraft model refused: {error} {' '.join(records)}", where=str(folder)) from error
+        raise _refused(folder, records, str(error)) from error
     if not loaded:
-        raise InputError(f"aircraft model refused: {' '.join(records)}", where=str(folder))
+        raise _refused(folder, records)
     fdm.disable_output()
     return fdm
+
+
+def _refused(folder: Path, records: list[str], error: str = "") -> InputError:
+    """What JSBSim had to say, each thing once."""
+    said = list(dict.fromkeys(records))
+    if error and not any(" ".join(error.split()) in record for record in said):
+        said.append(error)
+    return InputError(f"aircraft model refused: {' '.join(said)}", where=str(folder))
 
 
 def nodes(fdm: Any, names: tuple[str, ...], folder: Path) -> dict[str, Any]:

@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
 
-import aerosim
 from aerosim.errors import InputError
 from aerosim.flight.limitscheck import check_limits
 from aerosim.flight.xmlcheck import Source, check_xml, refusal
@@ -24,6 +23,12 @@ MEMORY_LIMIT = 4 << 30
 PRINT_LIMIT = 8 << 20
 WORDS_MAX = 300  # characters of JSBSim's last words in a message
 MARK = "aerosim-probe "
+PROGRAM = """
+import json, sys
+sys.path[:] = json.loads(sys.argv[1])
+from aerosim.flight.probe import main
+main(sys.argv[2:])
+"""
 STAGES = {
     "start": "before it was loaded",
     "load": "while it was loaded",
@@ -97,12 +102,15 @@ def _place(words: str, folder: Path, sources: list[Source]) -> str:
 
 def _run(arguments: list[str]) -> _End:
     """Run the probe, and end it with all its children when it is late."""
-    home = str(Path(aerosim.__file__).resolve().parent.parent)
-    environment = dict(os.environ, PYTHONPATH=os.pathsep.join(filter(None, [home, os.getenv("PYTHONPATH")])))
-    environment.update(PYTHONIOENCODING="utf-8", JSBSIM_DEBUG="0")
+    # The parent's own modules, wherever they came from; one thread each, or the memory limit would be theirs.
+    path = [*filter(None, sys.path), str(Path(__file__).resolve().parents[2])]
+    single = dict.fromkeys(
+        ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
+    )
+    environment = {**os.environ, **single, "PYTHONIOENCODING": "utf-8", "JSBSIM_DEBUG": "0"}
     with tempfile.TemporaryFile() as said:
         child = subprocess.Popen(
-            [sys.executable, "-P", "-m", "aerosim.flight.probe", *arguments],
+            [sys.executable, "-P", "-c", PROGRAM, json.dumps(path), *arguments],
             stdin=subprocess.DEVNULL,
             stdout=said,
             stderr=subprocess.STDOUT,
@@ -193,7 +201,3 @@ def _stage(name: str) -> None:
 
 def _said(record: str) -> None:
     print(record, flush=True)
-
-
-if __name__ == "__main__":
-    main(sys.argv[1:])

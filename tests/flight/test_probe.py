@@ -276,7 +276,7 @@ TRIED = {
         r"own: the model lacks the property gust/r-rad_sec \(rotation of the air about a body axis.*, rad/s\)",
     ),
     "no autopilot": (MODEL, ((SYSTEM, ""),), r"own.xml:\d+: JSBSim crashed .* The property \S+ does not exist"),
-    "unit that JSBSim does not know": (MODEL, (('unit="FT2"', 'unit="ACRE"'),), r"aircraft model refused: .*ACRE"),
+    "unit that JSBSim does not know": (MODEL, (('unit="FT2"', 'unit="ACRE"'),), r"own.xml:9: \S+ unit: .ACRE"),
     "written, but not by us": (
         PILOT,
         (
@@ -364,6 +364,14 @@ def test_a_model_without_an_end_is_ended(own: Make, monkeypatch: pytest.MonkeyPa
             os.killpg(children[0].pid, 0)
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems do not keep to the limit")
+def test_memory_is_bounded() -> None:
+    code = f"from aerosim.flight import probe; probe._bound(); bytearray({probe.MEMORY_LIMIT})"
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert ended.returncode == 1
+    assert "MemoryError" in ended.stderr
+
+
 def test_the_words_of_a_crash() -> None:
     assert probe._last_words(["terminate called", "what():  the property x", ""]) == "the property x"
     assert probe._last_words(["one", "two", ""]) == "two"
@@ -418,4 +426,8 @@ def test_page_lists_the_properties_and_limits() -> None:
         for each in contract.PROPERTIES
     ]
     assert found == wanted
+    text = PAGE.read_text(encoding="utf-8")
+    assert f"({probe.TIME_LIMIT_S:g} s) and memory ({probe.MEMORY_LIMIT >> 30} GB)" in text
+    assert f"files above {xmlcheck.FILE_MAX / 1e6:g} MB, more than {xmlcheck.FILES_MAX} of them" in text
+    assert f"deeper than {xmlcheck.DEPTH_MAX}" in text
     assert [row[0] for row in rows("limits.yaml")] == [field.name for field in fields(Limits)]
