@@ -1,8 +1,7 @@
-"""Writes every aircraft from its table: JSBSim model, autopilot, limits.yaml.  With --readme also the READMEs."""
+"""Writes every aircraft from its table: JSBSim model, autopilot, limits.yaml, and a README."""
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 from maker.autopilot import autopilot_xml
@@ -17,7 +16,7 @@ TABLES = (SURVEY_TWIN, BEECH_99, BEAVER)
 
 
 def files(table: Table) -> dict[Path, str]:
-    """Paths below the aircraft's folder and what is written there, the README left out."""
+    """Paths below the aircraft's folder and what is written there, without the README."""
     return {
         Path(f"{table.name}.xml"): model_xml(table),
         Path("Systems/autopilot.xml"): autopilot_xml(table),
@@ -26,13 +25,21 @@ def files(table: Table) -> dict[Path, str]:
 
 
 def write(table: Table) -> None:
-    """Write an aircraft's files."""
+    """Write an aircraft's files, without the README."""
     for path, text in files(table).items():
         target = ROOT / table.name / path
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_text(text, encoding="utf-8")
 
 
-if __name__ == "__main__":
+def main() -> None:
+    """Write all aircraft, then their READMEs."""
+    from maker.readme import readme
+
     for table in TABLES:
         write(table)
+        (ROOT / table.name / "README.md").write_text(readme(ROOT / table.name, table), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -111,7 +111,10 @@ TABLE = Table(
         "wing_area_m2": (23.23, LR_556),
         "lift_max": (1.6, OURS + "; with power, below what the identified flights reached at 30 m/s"),
         "stall_margin": (1.1, OURS + "; the slowest airspeed is this much above the stall"),
-        "equivalent_airspeed_max_m_s": (55.1, "55 m/s, upper end of the identified flights (LR-556), so that 63.9 m/s at 3000 m is in"),
+        "equivalent_airspeed_max_m_s": (
+            55.1,
+            "55 m/s, upper end of the identified flights (LR-556), so that 63.9 m/s at 3000 m is in",
+        ),
         "height_max_m": (5000.0, OURS + "; the engine gives out before the type's ceiling of 5500 m"),
         "height_min_m": (-400.0, "the standard atmosphere's lower part"),
         "alpha_max_deg": (20.0, OURS + "; a flight beyond it is lost: the set says nothing there"),

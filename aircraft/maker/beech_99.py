@@ -52,7 +52,7 @@ TABLE = Table(
     ),
     engine=Turboprops(
         rated_w=1_106_000.0,
-        rated_source="2 x 553 kW: the coefficients' source; static thrust in the ratio of power to the Twin Otter's",
+        rated_source="2 x 553 kW: the coefficients' source; static thrust in proportion to the Twin Otter's",
         efficiency=0.84,
         static_lbf=4790.0,
         lapse=0.7,
@@ -88,7 +88,10 @@ TABLE = Table(
         "height_max_m": (7600.0, "25000 ft, the type's ceiling, from memory"),
         "height_min_m": (-400.0, "the standard atmosphere's lower part"),
         "alpha_max_deg": (20.0, OURS + "; a flight beyond it is lost: the set says nothing there"),
-        "mass_empty_kg": (TOTAL_KG - 400.0, "with crew, camera and mount; chosen so that 400 kg of fuel give 7000 lb"),
+        "mass_empty_kg": (
+            TOTAL_KG - 400.0,
+            "with crew, camera and mount; chosen so that 400 kg of fuel give 7000 lb",
+        ),
         "fuel_kg": (400.0, OURS),
         "fuel_max_kg": (1100.0, "374 US gal, the type's tanks, from memory"),
     },
@@ -96,13 +99,13 @@ TABLE = Table(
     signs="""Forces in stability axes: lift and drag across and along the air's path in the plane of symmetry,
 side force along y.  Moments about the axes of the body: the source's stability axes lie 3.8 deg from them at
 69.4 m/s, and turning the lateral derivatives by that moves the dutch roll from 1.51 / 0.171 to 1.47 / 0.154
-(study of this project).  Rates of alpha and q over c/2V.  The source counts an aileron that rolls right as positive;
+(study of this project).  alpha'^ and q^ are times c/2V.  The source counts an aileron positive that rolls right;
 the model turns that round.""",
     doubts="""Cnp is printed as +.019 in one transcription, as -.019 in a second (Roskam's high-cruise set) and
 as .0109 in a third, where it repeats Cldr by a slip.  Flown is +.019; the other sign gives a dutch roll of
 1.57 / 0.150.  Roskam's .027 is the drag at alpha 0 and not the parabola's floor.  Mass and inertia are the
 7000 lb ones; the type is flown at up to 10900 lb.  The set is linear in lift and knows no stall.""",
-    speeds_m_s=(55.0, 62.0, 69.44, 80.0, 95.0, 120.0),
+    speeds_m_s=(55.0, 62.0, 69.4, 80.0, 95.0, 120.0),
     check_m_s=69.4,
     force_frame="STABILITY",
     sums=("CL",),

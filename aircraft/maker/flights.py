@@ -28,7 +28,10 @@ EARTH = 6378137.0
 
 
 class Rms(NamedTuple):
-    """Root mean squares on a line: m, rad, rad/s; roll_rate_max: rad/s; roll_change: of roll over 10 s, rad."""
+    """Root mean squares on a line: m, rad, rad/s, m/s.
+
+    *_max: greatest, rad/s; roll_change: of roll over 10 s, rms and 95 %, rad; fuel: flow, kg/s.
+    """
 
     across: float
     height: float
@@ -38,10 +41,13 @@ class Rms(NamedTuple):
     p: float
     q: float
     r: float
-    roll_rate_max: float
+    p_max: float
+    q_max: float
+    r_max: float
     roll_change: float
     roll_change_95: float
     airspeed: float
+    fuel: float
 
 
 class Gusts:
@@ -71,7 +77,7 @@ class Gusts:
             s / v / (1.0 + tau_r * s) * across * white[1],
         ]
         columns = [np.fft.irfft(each, count) for each in series]
-        steady = np.zeros((count, 3)) + [-CROSSWIND, 0.0, 0.0]
+        steady = np.tile([-CROSSWIND, 0.0, 0.0], (count, 1))
         self.states = [AirState._make(row) for row in np.column_stack([steady, *columns]).tolist()]
 
     def at(self, index: int, where: Callable[[], tuple[float, float, float]]) -> AirState:
@@ -82,8 +88,8 @@ class Gusts:
 def fly_line(folder: Path, airspeed: float, sigma: float, seconds: float, seed: int = 1) -> Vector:
     """A line flown east at 3000 m in a crosswind from the north and turbulence of a sigma (m/s).
 
-    Returns (n, 9), 20 a second: cross-track, height error (m), roll, pitch, heading (rad), p, q, r (rad/s),
-    airspeed (m/s), without the first half minute.
+    Returns (n, 10), 20 a second: cross-track, height error (m), roll, pitch, heading (rad), p, q, r (rad/s),
+    airspeed (m/s), fuel (kg), without the first half minute.
     """
     aircraft = Aircraft(folder, float(STEP_HZ))
     lat, lon = math.radians(51.0), 0.2
@@ -95,9 +101,8 @@ def fly_line(folder: Path, airspeed: float, sigma: float, seconds: float, seed: 
     for _ in range(round((seconds + SETTLE_S) * STEP_HZ / SAMPLE)):
         flight.advance(SAMPLE)
         s = flight.state()
-        rows.append(
-            (flight.cross_track, s.height - HEIGHT, s.roll, s.pitch, s.heading, s.p, s.q, s.r, s.airspeed)
-        )
+        attitude = (s.roll, s.pitch, s.heading, s.p, s.q, s.r)
+        rows.append((flight.cross_track, s.height - HEIGHT, *attitude, s.airspeed, aircraft.fuel))
     return np.array(rows)[round(SETTLE_S * STEP_HZ / SAMPLE) :]
 
 
@@ -108,10 +113,7 @@ def summary(rows: Vector) -> Rms:
     rms = np.sqrt(np.mean(centred**2, axis=0))
     apart = round(10.0 * STEP_HZ / SAMPLE)
     change = np.abs(rows[apart:, 2] - rows[:-apart, 2])
-    return Rms(
-        *(float(v) for v in rms[:8]),
-        float(np.abs(rows[:, 5]).max()),
-        float(np.sqrt(np.mean(change**2))),
-        float(np.quantile(change, 0.95)),
-        float(rms[8]),
-    )
+    flow = (rows[0, 9] - rows[-1, 9]) * STEP_HZ / SAMPLE / (len(rows) - 1)
+    change_rms, change_95 = np.sqrt(np.mean(change**2)), np.quantile(change, 0.95)
+    found = [*rms[:8], *np.abs(rows[:, 5:8]).max(axis=0), change_rms, change_95, rms[8], flow]
+    return Rms._make(float(v) for v in found)

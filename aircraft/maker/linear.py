@@ -124,7 +124,9 @@ class Body:
             forward = c["LIFT"] * math.sin(alpha) - c["DRAG"] * math.cos(alpha)
             down = -c["LIFT"] * math.cos(alpha) - c["DRAG"] * math.sin(alpha)
         force = pressure * self.area * np.array([forward, c["Y"], down]) + np.array([push, 0.0, 0.0])
-        moment = pressure * self.area * np.array([c["ROLL"] * self.span, c["PITCH"] * self.chord, c["YAW"] * self.span])
+        moment = (
+            pressure * self.area * np.array([c["ROLL"] * self.span, c["PITCH"] * self.chord, c["YAW"] * self.span])
+        )
         return force, moment
 
     def derivatives(self, x: Vector, controls: Controls) -> Vector:
@@ -201,8 +203,14 @@ def jacobian(body: Body, airspeed: float, trim: Steady) -> Vector:
     return np.column_stack(columns)
 
 
+def sides_apart(matrix: Vector) -> Vector:
+    """The matrix without what couples the motion in the plane of symmetry to the other.  (8, 8)."""
+    side = np.array([0, 1, 0, 1, 0, 1, 1, 0])
+    return np.where(side[:, None] == side, matrix, 0.0)
+
+
 def motions(matrix: Vector) -> Motions:
-    """Natural motions of the whole matrix: pairs by frequency, then the two real roots.
+    """Natural motions of a matrix of the eight states: pairs by frequency, then the two real roots.
 
     A pair is the dutch roll when sideslip moves more in it than the airspeed's direction up and down.
     """
@@ -215,4 +223,4 @@ def motions(matrix: Vector) -> Motions:
     found: list[float] = []
     for k in (fast, slow, dutch):
         found += [float(abs(roots[k])), float(-roots[k].real / abs(roots[k]))]
-    return Motions(*found, -1.0 / real[1], -1.0 / real[0])
+    return Motions._make([*found, -1.0 / real[1], -1.0 / real[0]])

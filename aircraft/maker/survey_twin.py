@@ -40,7 +40,14 @@ TABLE = Table(
     source=UIUC,
     geometry=Geometry("FT", area=420.0, span=65.0, chord=6.5),
     mass=Mass(
-        4600.0, 540.0, "SLUG*FT2", 16039.3, 22841.6, 35807.4, 1102.8, "the source's, whose mass is 10141 lb (4600 kg)"
+        4600.0,
+        540.0,
+        "SLUG*FT2",
+        16039.3,
+        22841.6,
+        35807.4,
+        1102.8,
+        "the source's, whose mass is 10141 lb (4600 kg)",
     ),
     engine=Turboprops(
         rated_w=924_000.0,
@@ -93,6 +100,6 @@ No terms in the rate of alpha.""",
 the yaw damper is kept gentle.  Clr is low for this lift; at 0.13 the spiral would be neutral.  The set is
 linear in lift and knows no stall: `limits.yaml` keeps a flight away from there.  CZq is about twice its class;
 halving it moves the short period by 1 %.""",
-    speeds_m_s=(50.0, 55.0, 62.0, 69.44, 80.0, 95.0),
+    speeds_m_s=(50.0, 55.0, 62.0, 69.4, 80.0, 95.0),
     check_m_s=69.4,
 )
