@@ -100,7 +100,7 @@ def test_ends_cover_the_area_with_a_photo_beyond(flat: Ground) -> None:
 
 def test_surplus_is_shared_by_both_edges(flat: Ground) -> None:
     block = plan_block(rectangle(20e3, 6e3), Wanted(2500.0, course=math.radians(90.0)), CAMERA, flat)
-    lats = [degrees(line.start)[1] for line in block.lines]
+    lats = [math.degrees(_halfway(line)[0]) for line in block.lines]
     north, south = max(lats), min(lats)
     edges = [degrees(place(0.0, y))[1] for y in (-3e3, 3e3)]
     assert edges[1] - north == pytest.approx(south - edges[0], abs=1e-5)
