@@ -13,10 +13,6 @@ import numpy as np
 
 from aerosim.frames import Array
 from aerosim.truth import AirState, Where
-from aerosim.world.turbulence import RngOf
-from aerosim.world.wind import wind_n
-
-__all__ = ["AIR_RATE_HZ", "Air", "PlaceWind", "Source", "TimeWind", "make_air", "wind_n"]
 
 AIR_RATE_HZ = 40.0
 """Wanted rate of the air; a flight holds a state for round(step rate / this) steps."""
@@ -97,12 +93,15 @@ class Air:
             self._extend()
 
     def _place(self, k: int, place: tuple[float, float, float]) -> None:
-        north, east, down, *gusts = self._states[k]
+        north, east, down, u, v, w, p, q, r = self._states[k]
+        lat, lon, height = place
         t = (self._first + k) * self.dt
         for component in self._places:
-            more = component.at(t, *place)
-            north, east, down = north + more[0], east + more[1], down + more[2]
-        self._states[k] = AirState(north, east, down, *gusts)
+            to_north, to_east, to_down = component.at(t, lat, lon, height)
+            north += to_north
+            east += to_east
+            down += to_down
+        self._states[k] = AirState(north, east, down, u, v, w, p, q, r)
         self._placed[k] = 1
 
     def _extend(self) -> None:
@@ -119,33 +118,3 @@ class Air:
         self._states = [AirState._make(row) for row in table.tolist()]
         self._count = len(self._states)
         self._placed = bytearray(self._count)
-
-
-def make_air(
-    steady: tuple[float, float, float],
-    slow_sigma: float,
-    slow_time_constant: float,
-    gust_sigma: float,
-    gust_length: float,
-    airspeed: float,
-    span: float,
-    dt: float,
-    rng_of: RngOf,
-) -> Air:
-    """Steady and slow wind and Dryden gusts: goes as soon as the scenario is mapped to `atmosphere.make_air`."""
-    from aerosim.world import atmosphere
-    from aerosim.world.turbulence import Turbulence
-    from aerosim.world.wind import Level, WindField
-
-    speed, azimuth = float(np.hypot(*steady[:2])), float(np.arctan2(-steady[1], -steady[0]))
-    return atmosphere.make_air(
-        wind=WindField([Level(0.0, speed, azimuth)]),
-        origin=(0.0, 0.0),
-        height=0.0,
-        airspeed=airspeed,
-        span=span,
-        dt=dt,
-        rng_of=rng_of,
-        slow=atmosphere.GaussMarkov(slow_sigma, slow_time_constant),
-        turbulence=Turbulence.equal("dryden", gust_sigma, gust_length),
-    )

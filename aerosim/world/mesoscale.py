@@ -13,6 +13,7 @@ from aerosim.frames import Array
 from aerosim.world.local import LocalPlane
 
 MODES_PER_OCTAVE = 16
+NEAR = 1.0 / 50.0  # of the shortest wavelength: so far a tangent plane of the field is good to 0.8 % of its wave
 # integral of (1 - J0(x)) x^(-5/3) from 0 to infinity
 _ALL_LAGS: float = -(2.0 ** (-5.0 / 3.0)) * gamma(-1.0 / 3.0) / gamma(4.0 / 3.0)
 
@@ -73,18 +74,37 @@ class MesoscaleWind:
         across = np.sqrt(2.0 * energy) * np.array([-np.sin(azimuth), np.cos(azimuth)])
         self._waves = np.ascontiguousarray(np.vstack([along, across * real, across * imaginary]).T)
 
+        self._near = (NEAR * scales.shortest) ** 2
+        self._x, self._y = np.inf, np.inf
+        self._tangent = (0.0,) * 6
+
     def at(self, t: float, lat: float, lon: float, height: float) -> tuple[float, float, float]:
         """Velocity of the air in n, m/s, at a time (s) and place (rad; the height does not matter)."""
-        north, east = _sum(self._waves, *self._plane.at(t, lat, lon))
-        return north, east, 0.0
+        x, y = self._plane.at(t, lat, lon)
+        dx, dy = x - self._x, y - self._y
+        if not dx * dx + dy * dy < self._near:
+            self._x, self._y, dx, dy = x, y, 0.0, 0.0
+            self._tangent = _tangent(self._waves, x, y)
+        north, north_x, north_y, east, east_x, east_y = self._tangent
+        return north + north_x * dx + north_y * dy, east + east_x * dx + east_y * dy, 0.0
 
 
 @njit(cache=True, nogil=True)
-def _sum(waves: Array, x: float, y: float) -> tuple[float, float]:  # pragma: no cover - compiled
-    north, east = 0.0, 0.0
+def _tangent(
+    waves: Array, x: float, y: float
+) -> tuple[float, float, float, float, float, float]:  # pragma: no cover - compiled
+    """North and east wind at a point of the plane, each followed by its slopes northwards and eastwards."""
+    north, north_x, north_y, east, east_x, east_y = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(waves.shape[0]):
-        phase = waves[i, 0] * x + waves[i, 1] * y
+        kx, ky = waves[i, 0], waves[i, 1]
+        phase = kx * x + ky * y
         c, s = cos(phase), sin(phase)
         north += waves[i, 2] * c + waves[i, 4] * s
         east += waves[i, 3] * c + waves[i, 5] * s
-    return north, east
+        slope = waves[i, 4] * c - waves[i, 2] * s
+        north_x += kx * slope
+        north_y += ky * slope
+        slope = waves[i, 5] * c - waves[i, 3] * s
+        east_x += kx * slope
+        east_y += ky * slope
+    return north, north_x, north_y, east, east_x, east_y

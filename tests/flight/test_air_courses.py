@@ -64,8 +64,8 @@ def test_same_gusts_roll_the_same_on_every_course(folder: Path) -> None:
 
 
 def test_the_winds_direction_does_not_change_what_gusts_do(folder: Path) -> None:
-    # A wind of 10 m/s from the north is met from ahead, from both sides and from behind.  It changes how the line is
-    # held, slowly; above 0.15 Hz the gusts alone roll the aircraft.
+    # A wind of 10 m/s from the north is met from ahead, from both sides and from behind.  It changes how the line
+    # is held, slowly; above 0.15 Hz the gusts alone roll the aircraft.
     fast = butter(4, 0.15, "high", output="sos", fs=RATE / EVERY)
     histories = [sosfiltfilt(fast, rolls(folder, course, 5, 180.0, 10.0)) for course in COURSES]
     for each in histories[1:]:
