@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
 from aerosim.flight.plan import FlightPlan, Line
+from aerosim.flight.steering import Kinematics
 
-Kinematics = tuple[float, float, float, float, float, float]
 DEGREE = math.radians(1.0)
 
 # Bank for each radian of heading: a correction is flown within 15 s, and gusts that yaw the nose roll little.
@@ -25,16 +25,6 @@ LOOK_LEAST_S = 4.0
 # Steepest track towards the line, and largest correction spoken at once.
 CLOSING_MAX = math.radians(10.0)
 SPOKEN_MAX = 10
-
-
-class Law(Protocol):
-    """What keeps the aircraft on a run-in and its line, called once a guidance period."""
-
-    def take(self, line: Line, heading: float) -> None:
-        """Make a line the one that is flown or approached.  heading: that the plan has for it in the wind, rad."""
-
-    def bank(self, at: Kinematics, heading: float, t: float) -> float:
-        """Bank wanted, rad.  at: position (m), ground velocity (m/s) in e; heading: of the nose, rad; t: s."""
 
 
 class Order(NamedTuple):

@@ -7,13 +7,16 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from aerosim.flight.aircraft import Aircraft
+from aerosim.flight.jsbsim_flight import JsbsimFlight
 from aerosim.flight.navigator import DEGREE, Navigator, NavigatorParameters
-from aerosim.flight.plan import FlightPlan, wind_triangle
+from aerosim.flight.plan import FlightPlan, Line, wind_triangle
 from aerosim.frames import GRAVITY
+from aerosim.truth import AirState, Where
 
-from .conftest import AIRSPEED, HEIGHT, line_of, still
+from .conftest import AIRSPEED, HEIGHT, beside, line_of, still
 
 PERIOD = 0.05
 RUN_IN_S, LINE_S = 60.0, 12_000.0 / AIRSPEED
@@ -288,6 +291,54 @@ def test_jsbsim_flies_by_word_of_mouth(folder: Path) -> None:
     assert 15.0 < math.sqrt(np.mean(across**2)) < 105.0
     rolls = np.concatenate([rolls for _, _, rolls in flown])
     assert math.degrees(math.sqrt(np.mean(rolls**2))) < 2.0
+
+
+class Wandering:
+    """12 m/s from the north, a wind that wanders, survey gusts along the axes of the body; 40 states a second."""
+
+    def __init__(self, seed: int, seconds: float) -> None:
+        rng = np.random.default_rng(seed)
+        self._slow = wander(rng, 1.5, 120.0, round(seconds / PERIOD)).tolist()
+        keep = math.exp(-AIRSPEED / 533.0 * PERIOD / 2.0)
+        kicks = 0.7 * math.sqrt(1.0 - keep**2) * rng.standard_normal((2 * len(self._slow), 3))
+        self._gusts = lfilter([1.0], [1.0, -keep], kicks, axis=0).tolist()
+
+    def at(self, index: int, where: Where) -> AirState:
+        north, east = self._slow[index // 2]
+        return AirState(north - 12.0, east, 0.0, *self._gusts[index], 0.0, 0.0, 0.0)
+
+
+def test_block_by_word_of_mouth(folder: Path) -> None:
+    # Lines to and fro in a crosswind, turns between them: each captured before its start as well as a crew that
+    # lets 105 m pass can do it, flown with three to four corrections (3 standard errors: 1.2 / root 4), the whole
+    # as long as the plan says.
+    corner = (0.89, 0.23)
+    rows = [(beside(corner, 0.0, 900.0 * k), beside(corner, 12_000.0, 900.0 * k)) for k in range(4)]
+    lines = [Line(*row) if k % 2 == 0 else Line(*row[::-1]) for k, row in enumerate(rows)]
+    plan = FlightPlan(lines, HEIGHT, AIRSPEED)
+    crews: list[Navigator] = []
+
+    def pilot(plan: FlightPlan, period: float) -> Navigator:
+        crews.append(Navigator(plan, period, NavigatorParameters(), np.random.default_rng(2)))
+        return crews[0]
+
+    flight = JsbsimFlight(Aircraft(folder, 120.0), plan, Wandering(3, 2400.0), 3, pilot)
+    spans: dict[int, list[float]] = {}
+    across = []
+    while not flight.done:
+        flight.advance(12)
+        if flight.line >= 0:
+            t = flight.state().t
+            if flight.line not in spans:
+                assert abs(flight.cross_track) < 160.0
+            spans.setdefault(flight.line, []).append(t)
+            across.append(flight.cross_track)
+    assert list(spans) == [0, 1, 2, 3]
+    spoken = [[o.degrees for o in crews[0].orders if s[0] <= o.t <= s[-1]] for s in spans.values()]
+    assert 3.0 - 1.8 < np.mean([len(each) for each in spoken]) < 4.0 + 1.8
+    assert 15.0 < math.sqrt(np.mean(np.square(across))) < 105.0
+    assert np.abs(across).max() < 300.0
+    assert flight.state().t == pytest.approx(plan.forecast(-12.0, 0.0).duration, rel=0.03)
 
 
 def test_section_has_the_same_defaults() -> None:
