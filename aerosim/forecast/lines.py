@@ -49,6 +49,7 @@ def line_figures(
         "length_m": line.length,
         "duration_s": flown.line_s[index],
         "drift_deg": math.degrees(drift),
+        "drift_spread_deg": math.degrees(_spread(scenario, flown.line_s[index]) / plan.airspeed),
         "crab_deg": math.degrees(math.copysign(max(abs(drift) - limit, 0.0), drift)),
         "ground_speed_m_s": speed,
         "vh_per_s": speed / agl,
@@ -68,6 +69,16 @@ def line_figures(
         "blur_px": least if scenario.control.fmc else plain,
         "photos_outside_m": _outside(land, terrain, track, 0.5 * ahead * agl, half),
     }
+
+
+def _spread(scenario: Scenario, seconds: float) -> float:
+    """Standard deviation (m/s) of the mean over a line of the slow wind across it.
+
+    Of a Gauss-Markov process with correlation time tau over T: sigma^2 2 (tau/T)^2 (T/tau - 1 + exp(-T/tau)).
+    """
+    slow = scenario.air.slow_wind
+    ratio = seconds / slow.time_constant_s
+    return slow.sigma_m_s * math.sqrt(2.0 / ratio**2 * (ratio - 1.0 + math.exp(-ratio)))
 
 
 def base_ratio(scenario: Scenario, camera: Camera) -> float:
