@@ -11,8 +11,10 @@ from collections.abc import Callable
 from dataclasses import fields
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from aerosim import assets
 from aerosim.errors import InputError
 from aerosim.flight import aircraft as flown
 from aerosim.flight import contract, probe, xmlcheck
@@ -106,8 +108,9 @@ def test_a_good_copy_in_other_shapes(own: Make, tmp_path: Path, monkeypatch: pyt
     assert found == []
 
 
-def test_what_ships_passes(folder: Path) -> None:
-    check_model(folder, 120.0)
+@pytest.mark.parametrize("name", sorted(p.parent.name for p in assets.folder("aircraft").glob("*/limits.yaml")))
+def test_what_ships_passes(name: str) -> None:
+    check_model(assets.folder("aircraft") / name, 120.0)
 
 
 def test_tried_once_as_long_as_the_files_stay(own: Make, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -184,6 +187,12 @@ STATIC = {
         ("<aerodynamics>", '<input port="5555"/><aerodynamics>'),
         r"own/own.xml:\d+: <input> listens to the network by itself",
     ),
+    "child": (
+        MODEL,
+        ("<aerodynamics>", '<child name="survey_twin"/><aerodynamics>'),
+        r"own/own.xml:\d+: <child> loads another model by itself",
+    ),
+    "name too long": (MODEL, ('"autopilot"', f'"{"a" * 5000}"'), r'own/own.xml:\d+: no file "aaa'),
     "nested": (MODEL, (LIFT, "<sum>" * 300 + LIFT + "</sum>" * 300), r"nested deeper than 200"),
 }
 
@@ -197,6 +206,21 @@ def test_refused_before_jsbsim_sees_it(own: Make, monkeypatch: pytest.MonkeyPatc
         (copy / MODEL).write_bytes(text[: len(text) // 2])
     monkeypatch.setattr(probe, "_run", None)
     assert re.search(message, refusal(copy))
+
+
+def test_spoilt_bytes_are_read_or_refused(own: Make) -> None:
+    # Bytes struck out, doubled, turned into others: the reader knows only two ends.
+    copy, rng, refused = own(), np.random.default_rng(2), 0
+    text = (copy / MODEL).read_bytes()
+    for _ in range(300):
+        first, length = rng.integers(0, len(text)), rng.integers(1, 30)
+        middle = [b"", text[first : first + length] * 2, rng.bytes(length)][rng.integers(3)]
+        (copy / MODEL).write_bytes(text[:first] + middle + text[first + length :])
+        try:
+            xmlcheck.check_xml(copy)
+        except InputError:
+            refused += 1
+    assert 150 < refused < 300
 
 
 LIMIT_CASES = {
@@ -258,6 +282,9 @@ def test_links_out_of_the_folder_and_too_large_files(own: Make, tmp_path: Path) 
     (copy / PILOT).rename(outside)
     (copy / PILOT).symlink_to(outside)
     assert 'file="autopilot" lies outside the folder' in refusal(copy)
+    (copy / PILOT).unlink()
+    (copy / PILOT).symlink_to(copy / PILOT)
+    assert 'no file "autopilot" for <system>' in refusal(copy)
     (copy / PILOT).unlink()
     (copy / PILOT).write_bytes(b"<system>" + b" " * xmlcheck.FILE_MAX + b"</system>")
     assert refusal(copy) == "own/Systems/autopilot.xml: larger than 5 MB"
