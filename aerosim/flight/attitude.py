@@ -83,7 +83,7 @@ def coordinated(vel_air: Array, acc_air: Array, alpha: float) -> Attitude:
     # First and last columns of Rx(bank) Ry(alpha), turned up by gamma; the azimuth is added to the heading.
     sg, cg = np.sin(gamma), np.cos(gamma)
     x, y, z = ca * cg - cb * sa * sg, sb * sa, -ca * sg - cb * sa * cg
-    up_right, up_down = sb * cg, -sa * -sg + cb * ca * cg
+    up_right, up_down = sb * cg, -sa * sg + cb * ca * cg
     return Attitude(np.arctan2(up_right, up_down), -np.arcsin(np.clip(z, -1.0, 1.0)), chi + np.arctan2(y, x))
 
 

@@ -26,6 +26,7 @@ CLIMB_SIGMA = 1.0  # m/s
 FINEST, COARSEST = 0.02, 2.0  # s between knots
 # Power density of jerk, (m/s^3)^2 s: held on a line, and rolling into a turn at 5 deg/s (9.8 x 0.09 for 4 s).
 CALM, TURNING = 1e-3, 3.0
+LEVEL = 3e-4  # the same for the height
 TURN_ACCELERATION = 1.5  # m/s^2, bank of 9 deg: surely a turn
 CLIMB_ACCELERATION = 0.5  # m/s^2
 # Thrust and drag change the speed by this much, m/s^2, for about ten seconds: one look each second.
@@ -179,7 +180,7 @@ def _fit_plane(basis: Basis, points: Trajectory, plane: Array, scatter: Scatter)
         target, sigma = np.concatenate([target, np.zeros(len(loose))]), np.concatenate([sigma, loose])
         penalty = sparse.kron(basis.roughness(density), sparse.eye_array(2), format="csr")
         found = solve(design, target, sigma, penalty, found, 2 * DEGREE + 1)
-        density = _densities(basis, basis.spline(found.reshape(n, 2)), TURN_ACCELERATION)
+        density = _densities(basis, basis.spline(found.reshape(n, 2)), TURN_ACCELERATION, CALM)
     return found.reshape(n, 2)
 
 
@@ -233,7 +234,7 @@ def _take(rate: list[sparse.csr_array], known: NDArray[np.intp]) -> list[sparse.
     return [matrix[known] for matrix in rate]
 
 
-def _densities(basis: Basis, curve: BSpline, much: float) -> Array:
+def _densities(basis: Basis, curve: BSpline, much: float, calm: float) -> Array:
     """Power density of jerk that is granted at each third difference: more around turns."""
     at = basis.thirds
     at = np.clip(at, basis.knots[DEGREE], basis.knots[-DEGREE - 1])
@@ -243,7 +244,7 @@ def _densities(basis: Basis, curve: BSpline, much: float) -> Array:
     reach = max(1, round(SPREAD / basis.step))
     padded = np.pad(share, reach, mode="edge")
     most = np.lib.stride_tricks.sliding_window_view(padded, 2 * reach + 1).max(axis=-1)
-    return np.asarray(CALM * (TURNING / CALM) ** most)
+    return np.asarray(calm * (TURNING / calm) ** most)
 
 
 def _fit_height(basis: Basis, points: Trajectory, scatter: Scatter) -> Array:
@@ -261,5 +262,5 @@ def _fit_height(basis: Basis, points: Trajectory, scatter: Scatter) -> Array:
     density = np.full(basis.size, 0.01)
     for _ in range(2):
         found = solve(design.tocsr(), target, sigma, basis.roughness(density), found, DEGREE)
-        density = _densities(basis, basis.spline(found), CLIMB_ACCELERATION)
+        density = _densities(basis, basis.spline(found), CLIMB_ACCELERATION, LEVEL)
     return np.asarray(found)

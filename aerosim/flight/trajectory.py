@@ -20,6 +20,7 @@ journal = logging.getLogger("aerosim")
 MAX_SPEED = 400.0  # m/s; what no survey aircraft flies
 MAX_CLIMB = 150.0  # m/s
 MAX_ACCELERATION = 100.0  # m/s^2, ten g
+FEW = 5  # changes of a column, of which nobody can tell a quantisation
 SLOWEST = 20.0  # m/s over ground; below it the aircraft stands, taxies or is no aeroplane
 Undulation = Callable[[Array, Array], Array]
 
@@ -169,7 +170,7 @@ def step_of(values: Array, decimal: bool = False, share: float = 0.8) -> float:
         return 0.0
     rounded, count = np.unique(np.round(change, 9), return_counts=True)
     often = np.sort(rounded[np.argsort(-count, kind="stable")[:20]])[::-1]
-    for step in (*(() if decimal else often), *(10.0**-k for k in range(9))):
+    for step in (*(() if decimal or len(change) < FEW else often), *(10.0**-k for k in range(9))):
         ratio = change / step
         if np.mean((ratio > 0.99) & (np.abs(ratio - np.round(ratio)) < 0.01)) >= share:
             return float(step)
