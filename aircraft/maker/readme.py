@@ -35,8 +35,8 @@ LINES = """
 ## Lines in turbulence
 
 {minutes:g} min on a line at 3000 m and {airspeed:g} m/s, 8 m/s of crosswind, Dryden turbulence of MIL-F-8785C,
-length 533 m, one seed (`maker/flights.py`).  rms about the line, the height and the mean attitude; change of roll over
-10 s, rms and 95 %.  Normal survey turbulence is a sigma of 0.4 to 1.0 m/s.
+length 533 m, one seed (`maker/flights.py`).  rms about the line, the height and the mean attitude; change of
+roll over 10 s, rms and 95 %.  Normal survey turbulence is a sigma of 0.4 to 1.0 m/s.
 
 | sigma_m_s | cross_track_m | height_m | airspeed_m_s | roll, pitch, heading_deg | p, q, r_deg_s \
 | max p, q, r_deg_s | q/p, r/p | roll change_deg | fuel_kg_h |
@@ -47,8 +47,9 @@ RATES = """
 Period figures (proceedings text on the Jena LMK cameras, aircraft of 3 to 6 t flown by hand): roll rates up to
 1 deg/s in smooth air and at most 4 deg/s in medium turbulence, pitch and yaw 20 to 30 % of that, so up to
 1.2 deg/s.  Up to a sigma of 1.0 m/s the amplitudes lie inside; at 1.4 the greatest pitch rate is a little above.
-The ratios of the rms are above 0.3: an autopilot that holds the wings level takes out a third of the roll rate, and
-what the height hold and the fin make of the gusts remains.  A softer roll hold would mend the ratio and spoil the photos.
+The ratios of the rms are above 0.3: an autopilot that holds the wings level takes out a third of the roll
+rate, and what the height hold and the fin make of the gusts remains.  A softer roll hold would mend the ratio
+and spoil the photos.
 """
 
 
@@ -120,8 +121,8 @@ def masses(table: Table) -> str:
 
 Reference: wing {g.area:g} {length}2, span {g.span:g} {length}, chord {g.chord:g} {length} (the source's).
 Inertia: ixx {m.ixx:g}, iyy {m.iyy:g}, izz {m.izz:g}, ixz {m.ixz:g} {unit}: {m.note}; ixz is the integral of
-x z, and JSBSim takes it so only with `negated_crossproduct_inertia="false"`; a test holds the sign.  Inertia belongs
-to {m.total_kg:.6g} kg and does not change with the fuel, which sits at the centre of gravity.
+x z, and JSBSim takes it so only with `negated_crossproduct_inertia="false"`; a test holds the sign.  Inertia
+belongs to {m.total_kg:.6g} kg and does not change with the fuel, which sits at the centre of gravity.
 
 {engine_text(table.engine)}
 
@@ -133,8 +134,8 @@ to {m.total_kg:.6g} kg and does not change with the fuel, which sits at the cent
 
 def engine_text(engine: Turboprops | Piston) -> str:
     """What the engine gives and burns."""
-    fuel = f"""Fuel: {engine.fuel_kg_per_kwh:g} kg/kWh (engineering value of the engine's class, from memory), taken
-from the mass as it burns.  The engine's lag is 0.7 rad/s (engineering value)."""
+    fuel = f"""Fuel: {engine.fuel_kg_per_kwh:g} kg/kWh (engineering value of the engine's class, from memory),
+taken from the mass as it burns.  The engine's lag is 0.7 rad/s (engineering value)."""
     if isinstance(engine, Turboprops):
         return f"""Power: {engine.rated_w / 1e3:g} kW at sea level ({engine.rated_source}), times the
 density ratio to the {engine.lapse:g} (engineering value).  Thrust is {engine.efficiency:g} of it over the airspeed
@@ -142,12 +143,12 @@ density ratio to the {engine.lapse:g} (engineering value).  Thrust is {engine.ef
 {fuel}"""
     full = engine.power_kw(36.5, 2300.0, 1.0)
     rated = engine.power_kw(engine.rated_inhg, engine.rated_rpm, 1.0)
-    return f"""Power, kW, by the set's own formula: {engine.scale:g} ({engine.p0:g} + {engine.p1:g} (pz + {engine.p2:g})
-(n + {engine.p3:g}) + ({engine.p4:g} - {-engine.p5:g} n)(1 - rho/rho0)), pz manifold pressure in inHg, n rpm.  At the
-take-off rating of the engine (R-985, 36.5 inHg, 2300 rpm, 450 hp = 336 kW; pressure from memory) it gives {full:.0f} kW.
-Available is what it gives at {engine.rated_inhg:g} inHg and {engine.rated_rpm:g} rpm, the rating of continuous use from
-memory (400 hp = 298 kW; formula {rated:.0f} kW), up to {engine.critical_height_m:g} m; above, the manifold pressure
-falls with the air's (engineering rule).
+    return f"""Power, kW, by the set's own formula: {engine.scale:g} ({engine.p0:g} + {engine.p1:g} (pz +
+{engine.p2:g}) (n + {engine.p3:g}) + ({engine.p4:g} - {-engine.p5:g} n)(1 - rho/rho0)), pz manifold pressure in
+inHg, n rpm.  At the take-off rating of the engine (R-985, 36.5 inHg, 2300 rpm, 450 hp = 336 kW; pressure from
+memory) it gives {full:.0f} kW. Available is what it gives at {engine.rated_inhg:g} inHg and
+{engine.rated_rpm:g} rpm, the rating of continuous use from memory (400 hp = 298 kW; formula {rated:.0f} kW),
+up to {engine.critical_height_m:g} m; above, the manifold pressure falls with the air's (engineering rule).
 {fuel}"""
 
 
