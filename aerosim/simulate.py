@@ -23,7 +23,7 @@ from aerosim.record import Record, Run, telemetry_sha256
 from aerosim.recorder import Recorder, telemetry_columns
 from aerosim.rundir import Staging, write_run
 from aerosim.scenario import Scenario
-from aerosim.scenario.build import Mission, aircraft_folder, build, camera_of
+from aerosim.scenario.build import Mission, build, camera_of, input_files
 from aerosim.sensing import oracle
 from aerosim.signals import Reason
 from aerosim.truth import Shot
@@ -185,7 +185,7 @@ def tables(scenario: Scenario, m: Mission, log: Recorder, flown: Flown) -> Recor
     inputs = {
         "orthophoto": m.terrain.orthophoto_file.path,
         "elevation": m.terrain.elevation_file.path,
-        "aircraft": aircraft_folder(scenario) / f"{scenario.aircraft.model}.xml",
+        **input_files(scenario),
     }
     return Record(
         scenario,

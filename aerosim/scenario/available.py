@@ -8,8 +8,6 @@ from aerosim.scenario.section import Section
 
 # key -> the values that can be flown; a key that is not here is open
 AVAILABLE: dict[str, tuple[Any, ...]] = {
-    "flight.replay": (None,),
-    "flight.pilot": ("tracking",),
     "mount.level": ("static", "none"),
     "estimation.aiding": ("none",),
     "control.mode": ("fixed", "ideal", "schmelovsky_1988", "pipelined"),

@@ -7,6 +7,8 @@ from typing import Literal
 from pydantic import Field, model_validator
 
 from aerosim.scenario.area import Area
+from aerosim.scenario.navigator import Navigator
+from aerosim.scenario.replay import ReplayOrFile
 from aerosim.scenario.section import Point, Section, wrong
 
 
@@ -20,7 +22,7 @@ class Line(Section):
 class Flight(Section):
     """The flight along the lines."""
 
-    replay: str | None = Field(
+    replay: ReplayOrFile = Field(
         default=None, description="trajectory file to follow instead of flying; aircraft is unused"
     )
     height_m: float = Field(default=3000.0, gt=0, le=20000, description="flying height above `height_above`")
@@ -36,6 +38,7 @@ class Flight(Section):
         default="tracking",
         description="tracking: autopilot on the line; navigator: wind correction by word of mouth",
     )
+    navigator: Navigator = Field(default=Navigator(), description="the crew of pilot navigator")
     lines: tuple[Line, ...] | None = Field(
         default=None, min_length=1, description="survey lines in the order they are flown"
     )
@@ -47,8 +50,10 @@ class Flight(Section):
     @model_validator(mode="after")
     def _has_lines(self) -> Flight:
         given = [name for name in ("lines", "area", "file") if getattr(self, name) is not None]
-        if not given:
+        if not given and self.replay is None:
             raise wrong("has no lines", "lines, area or file", "lines")
+        if self.area is not None and self.replay is not None:
+            raise wrong("a replay covers no area", "lines that it flies, or nothing", "area")
         if len(given) > 1:
             raise wrong(f"is given besides {given[0]}", "one of lines, area and file", given[1])
         return self

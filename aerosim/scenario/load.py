@@ -11,6 +11,7 @@ from pydantic import ValidationError
 
 from aerosim.assets import folder
 from aerosim.errors import InputError
+from aerosim.scenario.aircraft import is_path
 from aerosim.scenario.places import Places
 from aerosim.scenario.reader import parse, read
 from aerosim.scenario.scenario import Scenario
@@ -21,7 +22,9 @@ from aerosim.scenario.translate import translated
 FILE_KEYS = (
     "terrain.source.orthophoto",
     "terrain.source.elevation",
+    "aircraft.model",
     "flight.replay",
+    "flight.replay.file",
     "flight.file",
     "flight.area.file",
 )
@@ -113,6 +116,8 @@ def _overridden(data: dict[str, Any], overrides: Sequence[Override], places: Pla
 
 def _absolute(value: Any, key: str, base: Path) -> Any:
     """The value with the paths of files in it made absolute."""
+    if key == "aircraft.model" and not (isinstance(value, str) and is_path(value)):
+        return value
     if key in FILE_KEYS and isinstance(value, str) and value:
         return str((base / Path(value).expanduser()).resolve())
     if isinstance(value, dict):

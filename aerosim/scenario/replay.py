@@ -10,7 +10,9 @@ from aerosim.scenario.section import NotNegative, Point, Positive, Section, wron
 
 
 def kind_of(value: Any) -> str | None:
-    """Tag of the union of a file name and a section."""
+    """Tag of the union of null, a file name and a section."""
+    if value is None:
+        return "<null>"
     if isinstance(value, str):
         return "<word>"
     return "<section>" if isinstance(value, (dict, Section)) else None
@@ -56,19 +58,18 @@ class Replay(Section):
 
 
 # What `flight.replay` may be: null, a file's name, or the section.
-ReplayOrFile = (
-    Annotated[
-        Annotated[str, Tag("<word>"), Field(min_length=1)] | Annotated[Replay, Tag("<section>")],
-        Discriminator(
-            kind_of,
-            custom_error_type="aerosim",
-            custom_error_message="wrong value",
-            custom_error_context={
-                "problems": (
-                    ("", "is neither a file nor a section", "allowed: a trajectory file, or {file: FILE, ...}"),
-                )
-            },
-        ),
-    ]
-    | None
-)
+ReplayOrFile = Annotated[
+    Annotated[None, Tag("<null>")]
+    | Annotated[str, Tag("<word>"), Field(min_length=1)]
+    | Annotated[Replay, Tag("<section>")],
+    Discriminator(
+        kind_of,
+        custom_error_type="aerosim",
+        custom_error_message="wrong value",
+        custom_error_context={
+            "problems": (
+                ("", "is neither a file nor a section", "allowed: a trajectory file, or {file: FILE, ...}"),
+            )
+        },
+    ),
+]

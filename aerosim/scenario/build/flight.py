@@ -5,7 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 from aerosim import assets
+from aerosim.flight.aircraft import Aircraft
 from aerosim.flight.plan import FlightPlan
+from aerosim.flight.probe import check_model
+from aerosim.scenario.aircraft import is_path
+from aerosim.scenario.build.placing import at
 from aerosim.scenario.scenario import Scenario
 
 
@@ -15,9 +19,34 @@ def planned_vh(plan: FlightPlan, ground: float) -> float:
 
 
 def aircraft_folder(scenario: Scenario) -> Path:
-    """Folder of the shipped aircraft that a scenario names.  Raises InputError."""
+    """Folder of the aircraft that a scenario names: a shipped one, or a path.  Raises InputError."""
     root, name = assets.folder("aircraft"), scenario.aircraft.model
+    if is_path(name):
+        return Path(name)
     names = sorted(p.parent.name for p in root.glob("*/limits.yaml"))
     if name not in names:
-        raise scenario.error("aircraft.model", f"no aircraft {name!r} ships", f"allowed: {', '.join(names)}")
+        allowed = f"allowed: {', '.join(names)}, or the path of a folder, as ./{name}"
+        raise scenario.error("aircraft.model", f"no aircraft {name!r} ships", allowed)
     return root / name
+
+
+def aircraft_of(scenario: Scenario) -> Aircraft:
+    """The aircraft of a scenario, not yet started.  Raises InputError; a user's own one is tried apart first."""
+    wanted, folder = scenario.aircraft, aircraft_folder(scenario)
+    if is_path(wanted.model):
+        with at(scenario, "aircraft.model"):
+            check_model(folder, wanted.step_rate_hz, wanted.fuel_kg)
+    with at(scenario, "aircraft.fuel_kg"):
+        return Aircraft(folder, wanted.step_rate_hz, wanted.fuel_kg)
+
+
+def input_files(scenario: Scenario) -> dict[str, Path]:
+    """Files besides the terrain that a scenario's flight is made from, by their part in it."""
+    flight, area = scenario.flight, scenario.flight.area
+    replay = flight.replay if flight.replay is None or isinstance(flight.replay, str) else flight.replay.file
+    found = {"lines": flight.file, "area": area and area.file, "replay": replay}
+    files = {name: Path(file) for name, file in found.items() if file is not None}
+    if replay is None:
+        folder = aircraft_folder(scenario)
+        files["aircraft"] = folder / f"{folder.name}.xml"
+    return files

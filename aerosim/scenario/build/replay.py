@@ -6,10 +6,30 @@ from collections.abc import Sequence
 from math import radians
 from pathlib import Path
 
+import numpy as np
+
 from aerosim.flight.plan import Line
 from aerosim.flight.replay import Replay, ReplayParameters, prepare
 from aerosim.scenario import replay as section
+from aerosim.scenario.build.air import mean_wind
+from aerosim.scenario.build.placing import at
+from aerosim.scenario.build.route import Route, given_lines, ground_under
+from aerosim.scenario.scenario import Scenario
 from aerosim.world.terrain import Terrain
+
+
+def replayed(scenario: Scenario, terrain: Terrain) -> tuple[Replay, Route]:
+    """The path that a scenario flies again, and the route that it makes.  Raises InputError."""
+    wanted, (lines, _, _) = scenario.flight.replay, given_lines(scenario)
+    assert wanted is not None
+    with at(scenario, "flight.replay"):
+        replay = replay_of(wanted, scenario.flight.run_in_s, lines, terrain)
+        plan = replay.plan()
+        under = [ground_under(scenario, terrain, line) for line in plan.lines]
+    ground = float(np.average([each.mean for each in under], weights=[line.length for line in plan.lines]))
+    wind = mean_wind(scenario, plan, ground)
+    names = tuple(str(index) for index in range(len(plan.lines)))
+    return replay, Route(replay.plan(wind[0], wind[1]), ground, names)
 
 
 def replay_of(

@@ -60,11 +60,11 @@ def route_of(scenario: Scenario, terrain: Terrain) -> Route:
     if flight.area is not None:
         with at(scenario, "flight.area"):
             return _over_area(scenario, terrain, flight.area)
-    lines, names, keys = _given(scenario)
+    lines, names, keys = given_lines(scenario)
     under = []
     for line, key in zip(lines, keys, strict=True):
         with at(scenario, key):
-            under.append(_under(scenario, terrain, line))
+            under.append(ground_under(scenario, terrain, line))
     ground = float(np.average([heights.mean for heights in under], weights=[line.length for line in lines]))
     height = flight.height_m + (ground if flight.height_above == "mean_terrain" else 0.0)
     plan = _checked(scenario, lines, height, under)
@@ -74,7 +74,7 @@ def route_of(scenario: Scenario, terrain: Terrain) -> Route:
     return Route(plan, ground, names)
 
 
-def _given(scenario: Scenario) -> tuple[list[Line], tuple[str, ...], list[str]]:
+def given_lines(scenario: Scenario) -> tuple[list[Line], tuple[str, ...], list[str]]:
     """Lines of the scenario or of its file, their names, and the key that is to blame for each."""
     flight, lines, keys = scenario.flight, [], []
     if flight.file is None:
@@ -144,11 +144,11 @@ def _over_area(scenario: Scenario, terrain: Terrain, area: Area) -> Route:
         duration=lambda lines: _plan(scenario, list(lines), flight.height_m).forecast(*wind).duration,
     )
     lines = list(block.lines)
-    under = [_under(scenario, terrain, line) for line in lines]
+    under = [ground_under(scenario, terrain, line) for line in lines]
     return Route(_checked(scenario, lines, block.height, under), block.ground, block.tracks, corners)
 
 
-def _under(scenario: Scenario, terrain: Terrain, line: Line) -> GroundHeights:
+def ground_under(scenario: Scenario, terrain: Terrain, line: Line) -> GroundHeights:
     """Heights of the ground under a line.  Raises InputError for one that leaves the terrain."""
     east, north = terrain.grid.from_geodetic(*np.transpose([line.start, line.end]))
     outside = float(terrain.shortfall(east, north).max())
