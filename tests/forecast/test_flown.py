@@ -11,7 +11,10 @@ from aerosim.scenario import load, shipped
 from aerosim.scenario.load import with_overrides
 
 
-@pytest.mark.parametrize("still", [False, True], ids=["as shipped", "without slow wind"])
+@pytest.mark.parametrize(
+    "still",
+    [pytest.param(False, id="as shipped"), pytest.param(True, id="without slow wind", marks=pytest.mark.slow)],
+)
 @pytest.mark.parametrize("name", shipped())
 def test_drift_photos_and_duration_within_three_per_cent(name: str, still: bool) -> None:
     scenario = load(name)
@@ -27,7 +30,10 @@ def test_drift_photos_and_duration_within_three_per_cent(name: str, still: bool)
     assert record.status == "done", record.reason
     summary = record.summary
     assert said["flight"]["duration_s"] == pytest.approx(summary["flight"]["duration_s"], rel=0.03)
-    assert said["photos"]["count"] == pytest.approx(summary["photos"]["count"], rel=0.03)
+    # A line's last photo may fall to either side of its end: without the scenario's own wind, one photo is granted.
+    assert said["photos"]["count"] == pytest.approx(
+        summary["photos"]["count"], rel=0.03, abs=1.0 if still else 0.0
+    )
     drift = float(np.mean([abs(line["drift_deg"]) for line in said["lines"]]))
     # Slow wind makes a line's mean drift wander by what the forecast says of it; the mean of n lines by less.
     # Twice that holds in 95 % of seeds; in calm air 3 % of nothing is nothing to be held.
