@@ -17,7 +17,7 @@ import pytest
 from aerosim import assets
 from aerosim.errors import InputError
 from aerosim.flight import aircraft as flown
-from aerosim.flight import contract, probe, xmlcheck
+from aerosim.flight import contract, fdm, probe, xmlcheck
 from aerosim.flight.aircraft import Aircraft
 from aerosim.flight.limits import Limits
 from aerosim.flight.probe import check_model
@@ -87,8 +87,9 @@ def test_a_good_copy_in_other_shapes(own: Make, tmp_path: Path, monkeypatch: pyt
     (copy / PILOT).rename(copy / "autopilot.xml")
     check_model(copy, 240.0, 100.0)
     (tmp_path / "links").mkdir()
-    link = tmp_path / "links" / "own"
+    link = tmp_path / "links" / "other"
     link.symlink_to(copy, target_is_directory=True)
+    shutil.copy(copy / MODEL, copy / "other.xml")
     check_model(link, 120.0)
     Aircraft(link, 120.0)
     monkeypatch.chdir(copy)
@@ -389,6 +390,14 @@ def test_a_model_without_an_end_is_ended(own: Make, monkeypatch: pytest.MonkeyPa
     if hasattr(os, "killpg"):
         with pytest.raises(ProcessLookupError):
             os.killpg(children[0].pid, 0)
+
+
+def test_warnings_are_passed_on_at_once(own: Make) -> None:
+    # A process that JSBSim ends has no time to tell them later.
+    heard: list[str] = []
+    with pytest.raises(InputError, match="refused"):
+        fdm.load(own(MODEL, ('unit="FT2"', 'unit="ACRE"')), 120.0, heard.append)
+    assert heard == ['own.xml:9: Supplied unit: "ACRE" does not exist (typo?).']
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems do not keep to the limit")

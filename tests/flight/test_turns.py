@@ -120,6 +120,15 @@ def test_near_lines_take_a_teardrop_or_a_procedure_turn(spacing: float, run_in: 
     assert turn.shape is (Shape.TEARDROP if lead < math.radians(45.0) else Shape.PROCEDURE)
 
 
+@pytest.mark.parametrize(("lead", "shape"), [(44.0, "teardrop"), (46.0, "procedure"), (80.0, "procedure")])
+def test_shape_is_the_same_flown_backwards(lead: float, shape: str) -> None:
+    # The 80/260 and the 45/180 procedure turn of ICAO Doc 8168, and a base turn, from either end.
+    for arcs in ((lead, 180.0 + lead), (180.0 + lead, lead)):
+        first, last = (math.radians(arc) for arc in arcs)
+        assert Turn(-1, first, 0.0, 10.0, 1, last, 0.0, 200.0).shape == shape
+        assert Turn(1, first, 0.0, 10.0, 1, last, 0.0, 200.0).shape == "race_track"
+
+
 def test_lines_in_the_same_direction_take_an_s_turn() -> None:
     turn = plan_turn((-20_000.0, 1500.0), 0.0, AIRSPEED, (0.0, 0.0), RADIUS, BANK)
     assert turn.shape is Shape.S_TURN
