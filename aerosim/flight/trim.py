@@ -11,7 +11,6 @@ from aerosim.errors import InputError
 from aerosim.frames import Array
 
 
-
 class Trim(NamedTuple):
     """Steady level flight.  Attitude and surfaces in rad, powers at the shaft in W, thrust in N.
 
@@ -36,9 +35,9 @@ class Trim(NamedTuple):
 
 
 def first_guess(weight: float, airspeed: float, lift: float) -> tuple[Array, Array]:
-    """Pitch, elevator, power, roll, aileron, rudder, sideslip (rad, W) of any aircraft, and about how large they are.
+    """A guess of any aircraft's trim, and how large its parts are about.
 
-    weight: N; airspeed: m/s; lift: coefficient.  A lift-to-drag ratio of ten and a slope of 5.5 per rad.
+    Both (7,): pitch, elevator, power, roll, aileron, rudder, sideslip, rad and W.  weight: N; airspeed: m/s; lift: coefficient.  A lift-to-drag ratio of ten and a slope of 5.5 per rad.
     """
     power = weight * airspeed / 9.0
     return (

@@ -11,7 +11,7 @@ import pytest
 from aerosim.errors import InputError, RunFailure
 from aerosim.flight.aircraft import Aircraft
 from aerosim.frames import ecef_from_geodetic, mat_ne
-from aerosim.truth import AircraftState
+from aerosim.truth import AircraftState, AirState
 
 EAST = math.radians(90.0)
 CALM = (0.0,) * 6
@@ -22,8 +22,10 @@ def start(aircraft: Aircraft, wind: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 def hold(aircraft: Aircraft, count: int, *air: float) -> None:
+    """So many steps in air of this velocity in n (m/s) and rotation in b (rad/s)."""
+    aircraft.feel(AirState(*air[:3], 0.0, 0.0, 0.0, *air[3:]), (0.0,) * 9)
     for _ in range(count):
-        aircraft.step(*air)
+        aircraft.advance(1)
 
 
 @pytest.mark.parametrize(("wind_north", "sign"), [(-10.0, 1.0), (10.0, -1.0)])
@@ -86,7 +88,7 @@ def test_air_takes_the_aircraft_along(twin: Aircraft, part: int, property_name: 
     before = twin._fdm[property_name]
     air = [0.0] * 6
     air[part] = 1.0 if part < 3 else 0.1
-    twin.step(*air)
+    hold(twin, 1, *air)
     assert sign * (twin._fdm[property_name] - before) > 0.01
 
 
@@ -95,7 +97,7 @@ def fly_turbulent(folder: Path) -> AircraftState:
     start(aircraft, (-8.0, 2.0, 0.0))
     rng = np.random.default_rng(7)
     for gust in rng.normal(0.0, 1.0, (1500, 6)).tolist():
-        aircraft.step(gust[0] - 8.0, gust[1] + 2.0, gust[2], *(0.02 * g for g in gust[3:]))
+        hold(aircraft, 1, gust[0] - 8.0, gust[1] + 2.0, gust[2], *(0.02 * g for g in gust[3:]))
     return aircraft.state()
 
 
@@ -128,7 +130,7 @@ def test_height_step_is_taken_without_much_overshoot(twin: Aircraft, command: fl
     side = math.copysign(1.0, command - 3000.0)
     past = []
     for step in range(120 * 120):
-        twin.step(*CALM)
+        hold(twin, 1, *CALM)
         if step % 120 == 0:
             past.append(side * (twin.state().height - command))
     assert max(past) < 4.0

@@ -8,7 +8,7 @@ import pytest
 from .made import TABLES, flights, folder_of
 
 # Dryden turbulence made by Fourier series beside the aircraft, not the package's own.  At sigma 0.7 m/s the line
-# is held within 4 m rms, at 1.4 within 8 m, the height within 5 m: a quick flight of three minutes, then of twenty.
+# is held within 4 m rms, at 1.4 within 8 m, the height within 5 m: three minutes quickly, then twenty.
 CASES = [(sigma, minutes, seed) for sigma in (0.7, 1.4) for minutes, seed in ((3.0, 11), (20.0, 12), (20.0, 13))]
 
 

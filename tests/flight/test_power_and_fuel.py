@@ -76,7 +76,7 @@ def test_turboprops_lose_power_with_density(name: str, rated: float, height: flo
 
 @pytest.mark.parametrize(
     ("height", "manifold"),
-    # ICAO pressures, inHg: 24.90 at 1524 m, 20.70 at 3000 m, 17.06 at 4500 m; full throttle gives 34.5/24.90 of it.
+    # ICAO pressures, inHg: 24.90 at 1524 m, 20.70 at 3000 m, 17.06 at 4500 m; full throttle: 34.5/24.90 of it.
     [(0.0, 34.5), (1500.0, 34.5), (3000.0, 34.5 * 20.70 / 24.90), (4500.0, 34.5 * 17.06 / 24.90)],
 )
 def test_radial_engine_holds_its_pressure_up_to_the_critical_height(height: float, manifold: float) -> None:

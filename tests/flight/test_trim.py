@@ -94,8 +94,8 @@ def test_newton_finds_every_trim_of_the_envelope(name: str, share: float) -> Non
 
 def test_quoted_trim_of_the_beaver() -> None:
     # AlviPat9's launcher example of LR-556: 35 m/s, 1800 rpm, 20 inHg, at sea level: alpha, theta, elevator,
-    # aileron, rudder, sideslip.  First what the set itself gives, solved outside this project; then as quoted, whose
-    # aileron and sideslip the set misses by 0.0015 and 0.0029 rad.
+    # aileron, rudder, sideslip.  First what the set itself gives, solved outside this project; then as quoted;
+    # the set misses its aileron and sideslip by 0.0015 and 0.0029 rad.
     by_hand = (0.2113, 0.1919, -0.0931, 0.0081, -0.0492, -0.0177)
     quoted = (0.2110, 0.1919, -0.0931, 0.0096, -0.0495, -0.0206)
     power = 1e3 * 0.7355 * (-326.5 + 0.00412 * (20.0 + 7.4) * (1800.0 + 2010.0))
