@@ -2,25 +2,21 @@
 
 from __future__ import annotations
 
-import dataclasses
 import logging
 import math
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pytest
 from flown_paths import SteadyAir
 
-from aerosim.estimation.strips import StripRecogniser
 from aerosim.flight.replay import Replay, ReplayParameters, prepare
 from aerosim.flight.replay_flight import ReplayFlight
 from aerosim.frames import WGS84_A, Array, wrap_pi
-from aerosim.recorder import Recorder
-from aerosim.scenario import Scenario, from_mapping
-from aerosim.scenario.build import build
-from aerosim.scenario.build.devices import control_of, strips_of
-from aerosim.simulate import fly, tables
+from aerosim.record import Record
+from aerosim.scenario import from_mapping
+from aerosim.simulate import simulate
 from aerosim.world.synthetic import Ground, make_terrain
 
 # data that is handed out beside the project, and is not part of it
@@ -28,7 +24,7 @@ DATA = Path(__file__).resolve().parents[2] / "shared" / "data" / "real_flights"
 pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason="../shared/data/real_flights is not there")
 
 KNOT, FOOT = 1852.0 / 3600.0, 0.3048
-WIND = (-3.0, 6.0)  # m/s; nobody wrote down what it was
+WIND, WIND_FROM = 6.7, 296.6  # m/s, deg; nobody wrote down what it was
 
 
 class Case(NamedTuple):
@@ -53,8 +49,8 @@ def replay_of(case: Case, whole: bool) -> Replay:
     return prepare(DATA / f"{case.name}.csv", ReplayParameters(**span))
 
 
-def scenario_of(replay: Replay, folder: Path) -> Scenario:
-    """Land below the flight, as fine as a third of a row's pixel, and the scenario of its lines."""
+def flown(case: Case, replay: Replay, folder: Path, whole: bool) -> Record:
+    """The part of the file flown closed loop over land made around its lines, three pixels to one of the rows."""
     detail = replay.height / 132.6
     ways = []
     for line in replay.lines:
@@ -62,36 +58,19 @@ def scenario_of(replay: Replay, folder: Path) -> Scenario:
         ways.append((lat, lon))
     ground = Ground(0.0, 0.0, round(detail / 3.0, 1), 50.0, detail)
     photo, heights = make_terrain(ways, 0.9 * replay.height, ground, folder)
-    ends = [np.degrees([line.line.start, line.line.end]).tolist() for line in replay.lines]
-    return from_mapping({
+    part = {} if whole else {"from_s": case.first, "to_s": case.last}
+    scenario = from_mapping({
         "name": "real",
         "terrain": {"source": {"orthophoto": str(photo), "elevation": str(heights)}},
-        "flight": {
-            "height_m": replay.height,
-            "height_above": "ellipsoid",
-            "lines": [{"start_deg": start, "end_deg": end} for start, end in ends],
-        },
+        "air": {"wind": {"speed_m_s": WIND, "from_deg": WIND_FROM}},
+        "flight": {"replay": {"file": str(DATA / f"{case.name}.csv"), **part}},
         "control": {"mode": "pipelined"},
         "record": {"exclude_first_s": 20, "rrd": False, "report": False},
     })  # fmt: skip
+    return simulate(scenario)
 
 
-def flown(replay: Replay, folder: Path) -> Any:
-    """Record of the replay, flown closed loop."""
-    scenario = scenario_of(replay, folder)
-    vh = replay.ground_speed / replay.height
-    mission = dataclasses.replace(
-        build(scenario),
-        flight=ReplayFlight(replay, SteadyAir(*WIND), 3, 120.0),  # type: ignore[arg-type]
-        duration=replay.duration,
-        recogniser=StripRecogniser(strips_of(scenario, vh)),
-        control=control_of(scenario, vh),
-    )
-    log = Recorder(False, scenario.ccd_rows.bits)
-    return tables(scenario, mission, log, fly(mission, log))
-
-
-def share_locked(record: Any) -> tuple[float, int]:
+def share_locked(record: Record) -> tuple[float, int]:
     """Part of the strips decided on lines that were accepted, and how many these are."""
     strips, telemetry = record.matches, record.telemetry
     at = np.searchsorted(telemetry["t_s"], strips["t_decided_s"], side="right") - 1
@@ -103,7 +82,7 @@ def share_locked(record: Any) -> tuple[float, int]:
 def test_strips_lock_on_a_straight_part(case: Case, tmp_path: Path) -> None:
     replay = replay_of(case, whole=False)
     assert len(replay.lines) == 1
-    record = flown(replay, tmp_path)
+    record = flown(case, replay, tmp_path, whole=False)
     assert record.status == "done", record.reason
     share, strips = share_locked(record)
     assert strips > 100
@@ -120,7 +99,7 @@ def test_strips_lock_on_a_straight_part(case: Case, tmp_path: Path) -> None:
 def test_strips_lock_on_all_straight_parts(case: Case, tmp_path: Path) -> None:
     replay = replay_of(case, whole=True)
     assert len(replay.lines) >= case.lines
-    record = flown(replay, tmp_path)
+    record = flown(case, replay, tmp_path, whole=True)
     assert record.status == "done", record.reason
     share, strips = share_locked(record)
     assert strips > 2000
@@ -186,7 +165,7 @@ def test_time_path_and_speed_are_those_of_the_file(case: Case, caplog: pytest.Lo
 def test_nothing_wiggles_that_did_not_fly(case: Case) -> None:
     """Roll, climb and speed on the straight parts are those of a survey aircraft in calm air."""
     replay = replay_of(case, whole=False)
-    flight = ReplayFlight(replay, SteadyAir(*WIND), 3, 120.0)
+    flight = ReplayFlight(replay, SteadyAir(-3.0, 6.0), 3, 120.0)
     rows = []
     while not flight.done:
         if flight.line >= 0:
