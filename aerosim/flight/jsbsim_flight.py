@@ -4,22 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import cos, sin
-from typing import Protocol
 
 from aerosim.flight.aircraft import Aircraft
 from aerosim.flight.guidance import Guidance, Phase
+from aerosim.flight.interface import Air
 from aerosim.flight.plan import FlightPlan, wind_triangle
 from aerosim.flight.steering import Law, Tracking
-from aerosim.truth import AircraftState, AirState, Where
+from aerosim.truth import AircraftState
 
 GUIDANCE_EVERY = 2  # states of the air
-
-
-class Air(Protocol):
-    """The air that a flight asks for, state after state."""
-
-    def at(self, index: int, where: Where) -> AirState:
-        """State number `index` at the place that `where` tells; asked in rising order."""
 
 
 class JsbsimFlight:

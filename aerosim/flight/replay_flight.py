@@ -2,29 +2,23 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import BSpline
 
 from aerosim.flight.attitude import HALO, Attitude, body_rates, coordinated, gust_n, slope, with_given
 from aerosim.flight.guidance import Phase
+from aerosim.flight.interface import Air
 from aerosim.flight.plan import FlightPlan
 from aerosim.flight.replay import Replay
 from aerosim.frames import Array, ecef_from_geodetic, wrap_pi
-from aerosim.truth import AircraftState, AirState, Where
+from aerosim.truth import AircraftState, AirState
 
 BLOCK_S = 40.0
 # An aircraft follows the wind's changes in seconds: its heading feels the mean of so long.
 WIND_S = 2.0
 _PHASES = (Phase.TURN, Phase.RUN_IN, Phase.LINE, Phase.DONE)
-
-
-class Air(Protocol):
-    """The air that a flight asks for, state after state."""
-
-    def at(self, index: int, where: Where) -> AirState:
-        """State number `index` at the place that `where` tells; asked in rising order."""
 
 
 class _Block(NamedTuple):

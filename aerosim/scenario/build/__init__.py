@@ -8,6 +8,7 @@ from functools import partial
 from aerosim.control.law import ControlParameters
 from aerosim.estimation.motion import MotionEstimator, MotionParameters
 from aerosim.estimation.strips import StripRecogniser
+from aerosim.flight.interface import Flight
 from aerosim.rng import generator
 from aerosim.scenario.build.air import mean_wind
 from aerosim.scenario.build.devices import (
@@ -20,7 +21,7 @@ from aerosim.scenario.build.devices import (
     strips_of,
 )
 from aerosim.scenario.build.flight import aircraft_folder, aircraft_of, input_files, planned_vh
-from aerosim.scenario.build.journey import Flight, journey_of
+from aerosim.scenario.build.journey import journey_of
 from aerosim.scenario.build.land import terrain_of
 from aerosim.scenario.build.placing import at
 from aerosim.scenario.build.replay import replayed

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 from math import radians
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
-from aerosim.flight.guidance import Phase
+from aerosim.flight.interface import Flight
 from aerosim.flight.jsbsim_flight import JsbsimFlight
 from aerosim.flight.navigator import Navigator, NavigatorParameters
 from aerosim.flight.plan import FlightPlan, wind_triangle
@@ -23,7 +23,6 @@ from aerosim.scenario.build.placing import at
 from aerosim.scenario.build.replay import replayed
 from aerosim.scenario.build.route import Route, route_of
 from aerosim.scenario.scenario import Scenario
-from aerosim.truth import AircraftState, AirState
 from aerosim.world.air import AIR_RATE_HZ
 from aerosim.world.terrain import Terrain
 
@@ -32,42 +31,6 @@ MAP_MARGIN = 40_000.0
 REPLAY_MARGIN = 5_000.0
 # m; of a replayed aircraft nothing is known, and its rate gusts move nothing
 REPLAY_SPAN = 15.0
-
-
-class Flight(Protocol):
-    """What the loop steps.  air: felt now; line: being flown, or -1; next_line: flown or approached."""
-
-    plan: FlightPlan
-
-    def advance(self, steps: int) -> None:
-        """Fly so many steps.  Raises RunFailure when the aircraft is lost."""
-
-    def state(self) -> AircraftState:
-        """State of the aircraft now."""
-
-    @property
-    def air(self) -> AirState:
-        """The air that the aircraft feels now."""
-
-    @property
-    def line(self) -> int:
-        """Number of the line being flown, or -1."""
-
-    @property
-    def next_line(self) -> int:
-        """Number of the line being flown or approached."""
-
-    @property
-    def phase(self) -> Phase:
-        """Where in the plan the aircraft is."""
-
-    @property
-    def cross_track(self) -> float:
-        """Distance from the line being flown or approached, positive to its right, m."""
-
-    @property
-    def done(self) -> bool:
-        """Whether the last line's end has been passed."""
 
 
 class Journey(NamedTuple):
