@@ -117,11 +117,9 @@ def _wind(scenario: Scenario, route: Route) -> tuple[float, float]:
 
 def _trimmed(scenario: Scenario, plan: FlightPlan, wind: tuple[float, float]) -> Trim:
     """Steady flight at the start of each course.  Raises InputError for speeds, heights, fuel, power."""
-    from aerosim.flight.aircraft import Aircraft
-    from aerosim.scenario.build import aircraft_folder, at
+    from aerosim.scenario.build import aircraft_of, at
 
-    with at(scenario, "aircraft.fuel_kg"):
-        aircraft = Aircraft(aircraft_folder(scenario), scenario.aircraft.step_rate_hz, scenario.aircraft.fuel_kg)
+    aircraft = aircraft_of(scenario)
     with at(scenario, "flight.airspeed_m_s"):
         first = plan.lines[0]
         return aircraft.start(*first.start, plan.height, first.course, plan.airspeed, (*wind, 0.0))
