@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 from aerosim import assets
+from aerosim.cli.app import call
 from aerosim.errors import InputError
 from aerosim.flight import aircraft as flown
 from aerosim.flight import contract, fdm, probe, xmlcheck
@@ -432,6 +433,41 @@ def test_other_ends_of_the_probe(
 ) -> None:
     monkeypatch.setattr(probe, "_run", lambda _: end)
     assert refusal(own()).startswith(message)
+
+
+SCENARIO = """\
+name: own
+terrain: {source: pine_mountain}
+aircraft: {model: ./own}
+flight: {lines: [{start_deg: [36.52, -84.38], end_deg: [36.52, -84.12]}]}
+"""
+
+
+@pytest.mark.parametrize("verb", ["run", "check"])
+def test_command_line_refuses_a_bad_model(
+    own: Make, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str], verb: str
+) -> None:
+    # Loaded into the command's own process this model ends it with SIGABRT and a traceback.
+    own(MODEL, ("aero/beta-rad", "aero/betta-rad"))
+    monkeypatch.chdir(tmp_path)
+    Path("own.yaml").write_text(SCENARIO, encoding="utf-8")
+    before = sorted(tmp_path.rglob("*"))
+    assert call([verb, "own.yaml"]) == 2
+    out, err = capfd.readouterr()
+    assert out == ""
+    assert re.fullmatch(r"own.yaml:3: aircraft.model: own/own.xml:\d+: JSBSim crashed .+ does not exist\n", err)
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_command_line_takes_a_good_model(
+    own: Make, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    own()
+    (tmp_path / "missions").mkdir()
+    monkeypatch.chdir(tmp_path)
+    # Relative to the scenario file, not to where the command is given.
+    Path("missions/own.yaml").write_text(SCENARIO.replace("./own", "../own"), encoding="utf-8")
+    assert call(["check", "missions/own.yaml", "-q"]) == 0, capfd.readouterr()
 
 
 # The page that tells users the contract.
