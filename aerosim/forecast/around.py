@@ -76,6 +76,7 @@ def _trajectory(path: Path) -> Around:
     pieces, _ = flown_pieces(points, gap_max=120.0)
     ways = []
     for piece in pieces:
-        lat, lon, _ = smooth_path(piece).place(np.arange(piece.t[0], piece.t[-1] + EVERY_S, EVERY_S))
+        at = np.append(np.arange(piece.t[0], piece.t[-1], EVERY_S), piece.t[-1])
+        lat, lon, _ = smooth_path(piece).place(at)
         ways.append((lat, lon))
     return Around(ways, float(np.median(np.concatenate([piece.height for piece in pieces]))))

@@ -155,8 +155,9 @@ def _dense(line: Array, step: float) -> Array:
 
 def _create(file: Path, grid: MapGrid, frame: _Frame, **options: Any) -> Any:
     import rasterio
+    from affine import Affine
 
-    transform = rasterio.transform.from_origin(frame.west, frame.north, frame.pixel, frame.pixel)
+    transform = Affine(frame.pixel, 0.0, frame.west, 0.0, -frame.pixel, frame.north)
     return rasterio.open(
         file, "w", driver="GTiff", crs=grid.crs.to_wkt(), transform=transform, count=1, height=frame.rows,
         width=frame.cols, tiled=True, blockxsize=TILE, blockysize=TILE, bigtiff="if_safer", **options,

@@ -42,7 +42,7 @@ def _noise(x: float, y: float, wave: float, seed: int) -> float:  # pragma: no c
     p, q = int(i), int(j)
     upper = (1.0 - fu) * _share(p, q, seed) + fu * _share(p + 1, q, seed)
     lower = (1.0 - fu) * _share(p, q + 1, seed) + fu * _share(p + 1, q + 1, seed)
-    value: float = ((1.0 - fv) * upper + fv * lower - 0.5) * 5.3
+    value: float = ((1.0 - fv) * upper + fv * lower - 0.5) * 4.75
     return value
 
 
