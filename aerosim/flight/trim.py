@@ -37,7 +37,8 @@ class Trim(NamedTuple):
 def first_guess(weight: float, airspeed: float, lift: float) -> tuple[Array, Array]:
     """A guess of any aircraft's trim, and how large its parts are about.
 
-    Both (7,): pitch, elevator, power, roll, aileron, rudder, sideslip, rad and W.  weight: N; airspeed: m/s; lift: coefficient.  A lift-to-drag ratio of ten and a slope of 5.5 per rad.
+    weight: N; airspeed: m/s; lift: coefficient.  Both (7,): pitch, elevator, power, roll, aileron, rudder,
+    sideslip, rad and W.  They take a lift-to-drag ratio of ten and a lift slope of 5.5 per rad.
     """
     power = weight * airspeed / 9.0
     return (
