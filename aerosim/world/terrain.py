@@ -40,6 +40,7 @@ class Terrain:
         """Raises InputError when the two do not overlap."""
         self.orthophoto_file, self.elevation_file, self.vertical = orthophoto, elevation, vertical
         self.grid = working_grid(orthophoto)
+        self._corridors: WindowedRaster | None = None
         self._levels = _white_level(orthophoto, self.grid.crs)
         self._outlines = [file.outline(self.grid.crs) for file in (orthophoto, elevation)]
         bounds = [(o.min(axis=0), o.max(axis=0)) for o in self._outlines]
@@ -112,7 +113,9 @@ class Terrain:
         corners = np.column_stack([np.asarray(easting, float), np.asarray(northing, float)])
         low, high = corners.min(axis=0) - half_width, corners.max(axis=0) + half_width
         resolution = max(float((high - low).max()) / 2000.0, self.elevation_file.native_resolution(self.grid.crs))
-        window = self.elevation(resolution).covering(low[0], low[1], high[0], high[1])
+        if self._corridors is None or self._corridors.resolution_m != resolution:
+            self._corridors = self.elevation(resolution)  # kept: a block has a hundred lines over the same land
+        window = self._corridors.covering(low[0], low[1], high[0], high[1])
         e, n = _corridor(corners, half_width, 2.0 * resolution)
         heights = sample(window, e, n)
         known = heights[np.isfinite(heights)]
