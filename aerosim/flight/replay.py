@@ -6,6 +6,7 @@ import logging
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,7 @@ import numpy as np
 from aerosim.errors import InputError
 from aerosim.flight.attitude import GivenAttitude
 from aerosim.flight.flown_lines import FlownLine, Steady, find_lines, match_lines
-from aerosim.flight.plan import FlightPlan, Line
+from aerosim.flight.plan import FlightPlan, Forecast, Line
 from aerosim.flight.smooth_path import SmoothPath, smooth_path
 from aerosim.flight.trajectory import Trajectory, Undulation, read_trajectory
 from aerosim.flight.trajectory_pieces import flown_pieces, moved
@@ -91,19 +92,17 @@ class Replay:
         lines = [line.line for line in self.lines]
         return FlightPlan(lines, self.height, self.airspeed(wind_north, wind_east), run_in)
 
-    def line_facts(self) -> list[dict[str, float]]:
-        """Of each line: duration (s), length flown (m), ground speed (m/s), mean height (m)."""
-        facts = []
+    def forecast(self, wind_north: float = 0.0, wind_east: float = 0.0) -> Forecast:
+        """What the flight takes; drift: track less the azimuth of the motion through a steady wind (m/s)."""
+        line_s, drift, speed = [], [], []
         for each in self.lines:
-            motion = self.path.motion(np.arange(each.start, each.end, 1.0))
-            speed = float(np.hypot(*motion.vel_n[:, :2].T).mean())
-            facts.append({
-                "duration": each.end - each.start,
-                "length": speed * (each.end - each.start),
-                "ground_speed": speed,
-                "height": float(motion.height.mean()),
-            })  # fmt: skip
-        return facts
+            north, east = self.path.motion(np.arange(each.start, each.end, 1.0)).vel_n[:, :2].mean(axis=0)
+            track, nose = math.atan2(east, north), math.atan2(east - wind_east, north - wind_north)
+            line_s.append(each.end - each.start)
+            drift.append(math.remainder(track - nose, 2.0 * math.pi))
+            speed.append(math.hypot(north, east))
+        turns = tuple(late.run_in - early.end for early, late in pairwise(self.lines))
+        return Forecast(self.duration, tuple(line_s), turns, tuple(drift), tuple(speed))
 
     @property
     def level_pitch(self) -> float:

@@ -64,21 +64,32 @@ def forecast(scenario: Scenario) -> dict[str, Any]:
 
 def outlook(scenario: Scenario) -> Outlook:
     """Forecast of a scenario with the geometry behind it.  Raises InputError as `forecast`."""
-    from aerosim.scenario.build import route_of, terrain_of
+    from aerosim.scenario.build import at, replayed, route_of, terrain_of
 
     terrain = terrain_of(scenario)
-    return outlook_of(scenario, terrain, route_of(scenario, terrain))
+    if scenario.flight.replay is not None:
+        replay, route = replayed(scenario, terrain)
+        wind = _wind(scenario, route)
+        return _outlook(scenario, terrain, route, wind, replay.forecast(*wind), None)
+    route = route_of(scenario, terrain)
+    wind = _wind(scenario, route)
+    with at(scenario, "air.wind"):
+        flown = route.plan.forecast(*wind)
+    return _outlook(scenario, terrain, route, wind, flown, _trimmed(scenario, route.plan, wind))
 
 
-def outlook_of(scenario: Scenario, terrain: Terrain, route: Route) -> Outlook:
-    """Forecast of a route of a scenario over its terrain.  Raises InputError as `forecast`."""
+def _outlook(
+    scenario: Scenario,
+    terrain: Terrain,
+    route: Route,
+    wind: tuple[float, float],
+    flown: Forecast,
+    trim: Trim | None,
+) -> Outlook:
+    """Forecast of a route over its terrain.  trim: None if no aircraft is known."""
     from aerosim.scenario.build import at, camera_of, planned_vh
 
     plan, ground, area = route.plan, route.ground, scenario.flight.area
-    with at(scenario, "air.wind"):
-        wind = _wind(scenario, route)
-        flown = plan.forecast(*wind)
-    trim = _trimmed(scenario, plan, wind)
     camera, vh = camera_of(scenario), planned_vh(plan, ground)
     land = Land(plan, terrain, camera, route.corners)
     lines = []
@@ -91,7 +102,8 @@ def outlook_of(scenario: Scenario, terrain: Terrain, route: Route) -> Outlook:
         [line["photo_base_m"] for line in lines],
         [math.radians(line["crab_deg"]) for line in lines],
     )
-    ring = _ring(land, plan, route.corners)
+    # what lies between the lines of a trajectory was not meant to be covered
+    ring = _ring(land, plan, route.corners) if scenario.flight.replay is None else None
     lines = [{"name": name, **line} for name, line in zip(route.names, lines, strict=True)]
     pairs = side_lap.figures(land, side_lap.pairs(land))
     found: dict[str, Any] = {
@@ -136,7 +148,7 @@ def _ring(land: Land, plan: FlightPlan, corners: Array | None) -> Array | None:
         return None
 
 
-def _flight(plan: FlightPlan, flown: Forecast, ground: float, trim: Trim) -> dict[str, Any]:
+def _flight(plan: FlightPlan, flown: Forecast, ground: float, trim: Trim | None) -> dict[str, Any]:
     return {
         "duration_s": flown.duration,
         "lines": len(plan.lines),
@@ -145,9 +157,9 @@ def _flight(plan: FlightPlan, flown: Forecast, ground: float, trim: Trim) -> dic
         "height_m": plan.height,
         "terrain_mean_height_m": ground,
         "airspeed_m_s": plan.airspeed,
-        "pitch_deg": math.degrees(trim.pitch),
-        "power_kw": trim.power / 1e3,
-        "power_available_kw": trim.power_available / 1e3,
+        "pitch_deg": None if trim is None else math.degrees(trim.pitch),
+        "power_kw": None if trim is None else trim.power / 1e3,
+        "power_available_kw": None if trim is None else trim.power_available / 1e3,
     }
 
 
