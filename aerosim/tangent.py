@@ -47,7 +47,7 @@ class TangentPlane:
         """Latitude and longitude, rad, (..., 2), of points (..., 2), east and north, m.  Inverse of `to_plane`."""
         level = np.asarray(points, float)
         up = np.zeros(level.shape[:-1])
-        for _ in range(6):
+        for _ in range(4):
             pos_e = self._origin + np.concatenate([level, up[..., None]], axis=-1) @ self._axes
             lat, lon, height = geodetic_from_ecef(pos_e)
             up = up - height

@@ -155,13 +155,13 @@ TINY = "start_latitude_deg,start_longitude_deg,end_latitude_deg,end_longitude_de
 @pytest.mark.parametrize(
     ("name", "text", "args", "words"),
     [
-        ("a.geojson", BOW, (), "polygon crosses or touches itself at latitude 36.53"),
+        ("a.geojson", BOW, (), "a.geojson: polygon crosses or touches itself at latitude 36.53"),
         ("a.geojson", SWAPPED, (), "latitude and longitude are swapped"),
         ("a.geojson", SHORT, (), "line of 0.00895"),
         ("a.geojson", BOTH % AREA, (), "a.geojson: holds 1 areas and 1 lines (one area, or nothing but lines)"),
         ("a.csv", TINY, (), "ends before a first strip is recognised"),
-        ("a.geojson", AREA.replace("36.56", "38.56"), (), "of the area lie beyond the terrain"),
-        ("a.geojson", AREA, ("--height_m", "200", "--min_interval_s", "0.5"), "m above the highest ground"),
+        ("a.geojson", AREA.replace("36.56", "38.56"), (), "a.geojson: "),
+        ("a.geojson", AREA, ("--height_m", "200", "--min_interval_s", "0.5"), "--height_m: 860 m above the ellipsoid is not above the area's highest ground"),
         ("a.geojson", AREA, ("--height_m", "-5"), "--height_m: -5 is out of range (more than 0)"),
         ("a.geojson", AREA, ("--height_m", "30000"), "--height_m: 30000.0 is out of range"),
         ("a.geojson", AREA, ("--height_m", "900", "--gsd_m", "0.1"), "--gsd_m: given twice (--height_m or --gsd_m)"),

@@ -261,7 +261,8 @@ def plan(
     try:
         found = plan_file(area, settings, wanted)
     except InputError as error:
-        raise replace(error, key=OPTIONS.get(error.key, error.key)) from error
+        key = OPTIONS.get(error.key, error.key)
+        raise replace(error, key=key, where=error.where or ("" if key else str(area))) from error
     _write(found, out, picture, overwrite, whole=False)
     _show(found.figures, as_json)
     return 0

@@ -150,7 +150,8 @@ class _Area:
         if height - heights.max() <= 0.0:
             raise InputError(
                 f"{height:.0f} m above the ellipsoid is not above the area's highest ground",
-                allowed=f"more than {heights.max():.0f} m",
+                "flight.height_m",
+                f"more than {heights.max():.0f} m",
             )
         return height, mean
 
@@ -234,7 +235,7 @@ class _Swath:
         if most <= share * self._least(low, low + most):
             return most
         short, long = 0.0, most
-        for _ in range(40):
+        for _ in range(24):
             step = 0.5 * (short + long)
             short, long = (step, long) if step <= share * self._least(low, low + step) else (short, step)
         return short

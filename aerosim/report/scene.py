@@ -51,7 +51,7 @@ class Scene:
             land.grid.crs,
             self.size / (2.0 * MESH_CELLS),
             convert=lambda window: land.vertical.to_ellipsoid(window, land.grid),
-            size=2 * MESH_CELLS,
+            size=3 * MESH_CELLS,  # cells are whole ones of the file, down to half of what is wanted
         )
         return heights.covering(*map(float, (*low, *high)))
 
