@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 import aerosim
 from aerosim.estimation.mad import mad
+from aerosim.forecast.check import outlook
 from aerosim.raster import sample
-from aerosim.report import chart, plots
+from aerosim.report import chart, plan_map, plots
 from aerosim.report.source import open_source
 from aerosim.world.terrain import Terrain, find_terrain
 
@@ -87,6 +88,12 @@ def run_picture(run: Path, file: Path) -> None:
         save(figure, file)
 
 
+def plan_picture(file: Path) -> None:
+    """Map of the plan of `block_area`."""
+    with plots.style():
+        save(plan_map.figure_of(outlook(aerosim.load_scenario("block_area"))), file)
+
+
 def save(figure: Any, file: Path) -> None:
     """Write a PNG of 256 colours, the rare ones among them: a photo in it stays small."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -101,8 +108,9 @@ def save(figure: Any, file: Path) -> None:
 
 
 def main() -> None:
-    """Both pictures."""
+    """All pictures."""
     fig3(IMAGES / "fig3_mad.png")
+    plan_picture(IMAGES / "plan.png")
     if len(sys.argv) > 1:
         run_picture(Path(sys.argv[1]), IMAGES / "crosswind_run.png")
         return

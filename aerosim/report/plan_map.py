@@ -105,7 +105,7 @@ def _ways(ax: Any, plan: _Map) -> None:
 
     if plan.area is not None:
         outline = {"fill": False, "ec": "#000000", "lw": 1.6, "ls": (0, (5, 2)), "zorder": 5}
-        ax.add_patch(Polygon(plan.area, closed=True, label="counted area", **outline))
+        ax.add_patch(Polygon(plan.area, closed=True, label="area", **outline))
     ax.add_collection(LineCollection(plan.turns, colors="#5b3a8c", lw=0.9, zorder=3, label="turn"))
     ax.add_collection(LineCollection(plan.run_ins, colors="#5b3a8c", lw=1.6, ls=":", zorder=4, label="run-in"))
     ax.add_collection(LineCollection(list(plan.lines), colors=ESTIMATE, lw=1.6, zorder=4, label="line"))
@@ -196,17 +196,23 @@ def _points(ax: Any, place: Array) -> Array:
     return np.asarray(np.array([box.x0, box.y1]) + place * ax.figure.dpi / 72.0)
 
 
-def map_png(found: Outlook) -> bytes:
-    """The map as a PNG picture."""
-    with style() as figure_class:
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
+def figure_of(found: Outlook) -> Any:
+    """The map as a matplotlib figure, 10 inches wide; to be called and saved within `plots.style`."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
 
-        bounds = _Map(found).extent()
-        shape = (bounds[3] - bounds[1]) / (bounds[2] - bounds[0])
-        size = (10.0, float(np.clip(9.2 * shape + 1.5, 4.0, 12.0)))
-        figure = figure_class(figsize=size, layout="constrained", dpi=130)
-        FigureCanvasAgg(figure)
-        draw(figure.subplots(), found)
-        out = io.BytesIO()
-        figure.savefig(out, format="png", metadata={"Software": None})
-        return out.getvalue()
+    bounds = _Map(found).extent()
+    shape = (bounds[3] - bounds[1]) / (bounds[2] - bounds[0])
+    size = (10.0, float(np.clip(9.2 * shape + 1.3, 4.0, 12.0)))
+    figure = Figure(figsize=size, layout="constrained", dpi=130)
+    FigureCanvasAgg(figure)
+    draw(figure.subplots(), found)
+    return figure
+
+
+def map_png(found: Outlook) -> bytes:
+    """The map as a PNG picture, 1300 px wide."""
+    out = io.BytesIO()
+    with style():
+        figure_of(found).savefig(out, format="png", metadata={"Software": None})
+    return out.getvalue()

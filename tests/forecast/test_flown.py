@@ -30,7 +30,7 @@ def test_drift_photos_and_duration_within_three_per_cent(name: str, still: bool)
     assert record.status == "done", record.reason
     summary = record.summary
     assert said["flight"]["duration_s"] == pytest.approx(summary["flight"]["duration_s"], rel=0.03)
-    # A line's last photo may fall to either side of its end: without the scenario's own wind, one photo is granted.
+    # A line's last photo may fall to either side of its end: without the scenario's own wind one is granted.
     assert said["photos"]["count"] == pytest.approx(
         summary["photos"]["count"], rel=0.03, abs=1.0 if still else 0.0
     )
@@ -55,3 +55,27 @@ def test_spread_of_drift_by_many_winds() -> None:
         wind = keep * wind + 1.5 * np.sqrt(1.0 - keep**2) * rng.standard_normal(4000)
     # The standard deviation of 4000 values is good to 1/sqrt(8000) = 1.1 %.
     assert line["drift_spread_deg"] == pytest.approx(np.degrees(means.std() / 69.44), rel=0.04)
+
+
+def test_photos_of_a_flown_area_leave_no_gap() -> None:
+    """The area of `block_area` on a grid of 60 x 60 places, in the outlines that the run gives its photos."""
+    from matplotlib.path import Path as Outline
+
+    scenario = with_overrides(load("block_area"), {"record.rrd": False, "record.report": False})
+    assert scenario.flight.area is not None
+    assert scenario.flight.area.corners_deg is not None
+    corners = np.array(scenario.flight.area.corners_deg)
+    lat, lon = (np.linspace(corners[:, k].min(), corners[:, k].max(), 60) for k in (0, 1))
+    places = np.stack(np.meshgrid(lat, lon), axis=-1).reshape(-1, 2)
+    places = places[Outline(corners).contains_points(places)]
+    photos, seen = simulate(scenario).photos, np.zeros(len(places), int)
+    for k in range(len(photos["photo"])):
+        outline = [
+            (photos[f"corner_{corner}_lat_deg"][k], photos[f"corner_{corner}_lon_deg"][k])
+            for corner in ("front_left", "front_right", "rear_right", "rear_left")
+        ]
+        seen += Outline(outline).contains_points(places)
+    assert len(places) > 2000
+    # in level photos of the plan everything is on two; what tilt, crab and the estimate of v/h take may cost one
+    assert seen.min() >= 1
+    assert np.mean(seen >= 2) > 0.99
