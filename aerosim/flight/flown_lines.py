@@ -16,6 +16,8 @@ from aerosim.frames import Array, ecef_from_geodetic, wrap_pi
 
 LOOK = 10  # s to either side, for the rate of turn and of climb
 TURN_RATE = math.radians(0.25)  # 1/s
+# Wings level: at the ends of a straight part the bank of the turn must be gone, for rows that are switched on.
+GLANCE, LEVEL_RATE, NEAR_END = 3, math.radians(0.4), 30  # s, 1/s, s
 CLIMB = 1.5  # m/s
 SAME_COURSE = math.radians(20.0)
 RUN_IN_SHARE = 0.25  # of a straight part, at most, is run-in
@@ -63,7 +65,7 @@ def find_lines(path: SmoothPath, steady: Steady) -> list[FlownLine]:
         raise InputError(f"a flight of {len(seconds.t)} s has no line")
     found, longest = [], 0.0
     for run in _runs(_straight(seconds)):
-        first, last = _core(seconds.course, *run, steady.course)
+        first, last = _level(seconds.course, *_core(seconds.course, *run, steady.course))
         run_in = min(steady.run_in, RUN_IN_SHARE * (last - first))
         start, end = float(seconds.t[first]) + run_in, float(seconds.t[last])
         length = float(np.hypot(*seconds.motion.vel_n[first + round(run_in) : last, :2].T).sum())
@@ -101,6 +103,18 @@ def _core(course: Array, first: int, last: int, most: float) -> tuple[int, int]:
     inside = np.abs(course[first : last + 1] - np.median(course[first : last + 1])) <= most
     a, b = max(_runs(inside), key=lambda run: run[1] - run[0], default=(0, 0))
     return first + a, first + b
+
+
+def _level(course: Array, first: int, last: int) -> tuple[int, int]:
+    """A part without what is still turning near its ends."""
+    at = np.arange(first, last + 1)
+    before, after = np.maximum(at - GLANCE, 0), np.minimum(at + GLANCE, len(course) - 1)
+    turning = np.abs(course[after] - course[before]) > LEVEL_RATE * (after - before)
+    begin = turning[: min(NEAR_END, len(at) // 3)]
+    end = turning[len(at) - len(begin) :]
+    skip = len(begin) - int(np.argmax(begin[::-1])) if begin.any() else 0
+    cut = len(end) - int(np.argmax(end)) if end.any() else 0
+    return first + skip, last - cut
 
 
 def _line(path: SmoothPath, start: float, end: float) -> Line:

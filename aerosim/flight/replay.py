@@ -18,6 +18,7 @@ from aerosim.flight.plan import FlightPlan, Forecast, Line
 from aerosim.flight.smooth_path import SmoothPath, smooth_path
 from aerosim.flight.trajectory import Trajectory, Undulation, read_trajectory
 from aerosim.flight.trajectory_pieces import flown_pieces, moved
+from aerosim.frames import Array
 
 journal = logging.getLogger("aerosim")
 
@@ -66,24 +67,23 @@ class Replay:
         """Of the flight, s."""
         return self.end - self.begin
 
-    def _on_lines(self) -> tuple[np.ndarray, np.ndarray]:
-        """Each second on the lines, and the number of its line."""
-        spans = [np.arange(line.start, line.end, 1.0) for line in self.lines]
-        return np.concatenate(spans), np.concatenate([np.full(len(s), i) for i, s in enumerate(spans)])
+    def _on_lines(self) -> Array:
+        """Each second on the lines, s."""
+        return np.concatenate([np.arange(line.start, line.end, 1.0) for line in self.lines])
 
     @property
     def height(self) -> float:
         """Mean height on the lines, ellipsoidal, m."""
-        return float(self.path.place(self._on_lines()[0])[2].mean())
+        return float(self.path.place(self._on_lines())[2].mean())
 
     @property
     def ground_speed(self) -> float:
         """Mean on the lines, m/s."""
-        return float(np.hypot(*self.path.motion(self._on_lines()[0]).vel_n[:, :2].T).mean())
+        return float(np.hypot(*self.path.motion(self._on_lines()).vel_n[:, :2].T).mean())
 
     def airspeed(self, wind_north: float = 0.0, wind_east: float = 0.0) -> float:
         """Mean true airspeed on the lines in a steady wind (m/s, where it goes to), m/s."""
-        vel = self.path.motion(self._on_lines()[0]).vel_n
+        vel = self.path.motion(self._on_lines()).vel_n
         return float(np.linalg.norm(vel - np.array([wind_north, wind_east, 0.0]), axis=1).mean())
 
     def plan(self, wind_north: float = 0.0, wind_east: float = 0.0) -> FlightPlan:

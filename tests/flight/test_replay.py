@@ -194,8 +194,13 @@ def test_straight_parts_are_found(tracked: Callable[..., Replay]) -> None:
     assert replay.ground_speed == pytest.approx(60.0, abs=0.05)
     assert replay.duration == pytest.approx(second.end - first.run_in)
     assert replay.plan(10.0, 0.0).airspeed == pytest.approx(60.0, abs=0.3)  # 50 one way, 70 the other
-    facts = replay.line_facts()
-    assert facts[0]["length"] == pytest.approx(first.line.length * (1 + 1500 / WGS84_A), rel=1e-3)
+    told = replay.forecast(0.0, 6.0)
+    assert told.line_s[0] * told.ground_speed[0] == pytest.approx(
+        first.line.length * (1 + 1500 / WGS84_A), rel=1e-3
+    )
+    # north in a wind from the left that goes east: track 0, nose to the left of it
+    assert math.degrees(told.drift[0]) == pytest.approx(math.degrees(math.atan2(6.0, 60.0)), abs=0.05)
+    assert told.turn_s[0] == pytest.approx(second.run_in - first.end)
 
 
 def test_phases_follow_each_other(tracked: Callable[..., Replay]) -> None:
