@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -197,3 +198,47 @@ def test_linearising_wants_still_air() -> None:
     trim = plane.start(0.9, 0.2, 3000.0, 1.0, 69.4, (3.0, 0.0, 0.0))
     with pytest.raises(ValueError, match="still air"):
         linearise(plane, trim, 69.4)
+
+
+# What the READMEs say of their doubts, at 3000 m and 69.4 m/s, each put into the equations.
+
+
+def motions_with(name: str, change: Any) -> Any:
+    table = replace(TABLES[name], terms=tuple(change(term) for term in TABLES[name].terms))
+    body = linear.Body(table, linear.standard_density(3000.0), 9.80665)
+    return linear.motions(linear.jacobian(body, 69.4, linear.level_trim(body, 69.4)))
+
+
+def test_open_sign_of_the_beechs_cnp() -> None:
+    found = motions_with("beech_99", lambda t: t._replace(value=-0.019) if t[:2] == ("YAW", ("p^",)) else t)
+    assert (found.dutch_roll, found.dutch_roll_damping) == pytest.approx((1.57, 0.150), abs=0.004)
+
+
+def test_beechs_lateral_derivatives_taken_in_stability_axes() -> None:
+    # Etkin: the moments about x and z, and the rates about them, are turned by alpha.
+    c, s = math.cos(math.radians(3.83)), math.sin(math.radians(3.83))
+    turn = np.array([[c, -s], [s, c]])
+    columns, rates = ("beta", "p^", "r^", "da", "dr"), [1, 2]
+    printed = {(t.axis, t.factors[0]): t.value for t in TABLES["beech_99"].terms if t.factors}
+    rows = {axis: np.array([printed.get((axis, f), 0.0) for f in columns]) for axis in ("Y", "ROLL", "YAW")}
+    rows["ROLL"], rows["YAW"] = turn @ np.array([rows["ROLL"], rows["YAW"]])
+    for row in rows.values():
+        row[rates] = row[rates] @ turn.T
+
+    def turned(term: Any) -> Any:
+        if term.axis not in rows:
+            return term
+        return term._replace(value=float(rows[term.axis][columns.index(term.factors[0])]))
+
+    found = motions_with("beech_99", turned)
+    assert (found.dutch_roll, found.dutch_roll_damping) == pytest.approx((1.47, 0.154), abs=0.006)
+
+
+def test_spiral_of_the_survey_twin_hangs_on_its_clr() -> None:
+    found = motions_with("survey_twin", lambda t: t._replace(value=0.13) if t[:2] == ("ROLL", ("r^",)) else t)
+    assert abs(found.spiral_s) > 500.0
+
+
+def test_short_period_of_the_survey_twin_hardly_hangs_on_its_czq() -> None:
+    found = motions_with("survey_twin", lambda t: t._replace(value=-9.985) if t[:2] == ("Z", ("q^",)) else t)
+    assert found.short_period == pytest.approx(3.267, rel=0.015)
