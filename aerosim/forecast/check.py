@@ -33,7 +33,8 @@ class Outlook(NamedTuple):
     """A plan with all that was found out about it.
 
     figures: as `forecast` returns them; wind: where it goes to, north, east, m/s; ring: outline of the counted
-    area on the plane of the land, (n, 2), m, None if there is none; names: of the lines.
+    area on the plane of the land, (n, 2), m, None if there is none; names: of the lines; seen: photos
+    that see each cell of that area.
     """
 
     figures: dict[str, Any]
@@ -44,6 +45,7 @@ class Outlook(NamedTuple):
     shots: Shots
     ring: Array | None
     names: tuple[str, ...]
+    seen: covered.Coverage | None
 
 
 def forecast(scenario: Scenario) -> dict[str, Any]:
@@ -106,18 +108,19 @@ def _outlook(
     ring = _ring(land, plan, route.corners) if scenario.flight.replay is None else None
     lines = [{"name": name, **line} for name, line in zip(route.names, lines, strict=True)]
     pairs = side_lap.figures(land, side_lap.pairs(land))
+    seen = None if ring is None else covered.coverage(land, shots, ring)
     found: dict[str, Any] = {
         "name": scenario.name,
         "flight": _flight(plan, flown, ground, trim),
         "lines": lines,
         "photos": _photos(scenario, camera, plan.height - ground, lines, pairs),
         "side_lap": pairs or None,
-        "coverage": None if ring is None else covered.figures(land, covered.coverage(land, shots, ring)),
+        "coverage": None if seen is None else covered.figures(land, seen),
         "rows": _rows(scenario, vh),
         "storage": _storage(scenario, camera, flown.duration, sum(line["photos"] for line in lines)),
     }
     found["warnings"] = warnings(scenario, found, None if area is None else area.side_lap_pct)
-    return Outlook(found, plan, wind, land, terrain, shots, ring, route.names)
+    return Outlook(found, plan, wind, land, terrain, shots, ring, route.names, seen)
 
 
 def _wind(scenario: Scenario, route: Route) -> tuple[float, float]:

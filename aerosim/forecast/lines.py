@@ -36,14 +36,9 @@ def line_figures(
     interval = max(wanted, scenario.frame_camera.min_interval_s)
     base, ahead = interval * speed, camera.rows / camera.focal_px
     exposure, focal = scenario.frame_camera.exposure_s, camera.focal_px
-    # what the compensation by the mean v/h leaves over the highest and lowest ground
-    least = (
-        focal
-        * exposure
-        * speed
-        * max(1 / (plan.height - heights.high) - 1 / agl, 1 / agl - 1 / (plan.height - heights.low))
-    )
-    plain = focal * exposure * speed / agl
+    blur = focal * exposure * speed / agl
+    # what the compensation by the mean v/h leaves over the highest and the lowest ground
+    left = blur * max(abs(1.0 - agl / (plan.height - level)) for level in (heights.high, heights.low))
     return {
         "course_deg": math.degrees(line.course) % 360.0,
         "length_m": line.length,
@@ -65,8 +60,8 @@ def line_figures(
         "gsd_m": agl / focal,
         "gsd_min_m": (plan.height - heights.high) / focal,
         "gsd_max_m": (plan.height - heights.low) / focal,
-        "blur_without_fmc_px": plain,
-        "blur_px": least if scenario.control.fmc else plain,
+        "blur_without_fmc_px": blur,
+        "blur_px": left if scenario.control.fmc else blur,
         "photos_outside_m": _outside(land, terrain, track, 0.5 * ahead * agl, half),
     }
 

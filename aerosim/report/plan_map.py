@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 MAP_PX = 1800
 MOST_NUMBERS = 40
+GAP = "#d00000"
 HALO = {"fc": "#ffffffd8", "ec": "none"}
 
 
@@ -70,7 +71,7 @@ def draw(ax: Any, found: Outlook) -> None:
     ax.set_xlabel("easting [km]")
     ax.set_ylabel("northing [km]")
     ax.figure.suptitle(_title(found), fontsize=10, x=0.01, ha="left")
-    ax.figure.legend(loc="outside lower right", ncols=6, fontsize=9, handlelength=1.8)
+    ax.figure.legend(loc="outside lower right", ncols=7, fontsize=9, handlelength=1.8)
     _furniture(ax, plan, bounds)
 
 
@@ -121,12 +122,22 @@ def _ways(ax: Any, plan: _Map) -> None:
 
 
 def _gaps(ax: Any, plan: _Map) -> None:
-    gaps = (plan.found.figures["coverage"] or {}).get("gaps", ())
-    if not gaps:
+    """What no photo sees, in red, ringed where it is small."""
+    from matplotlib.colors import ListedColormap
+
+    seen = plan.found.seen
+    if seen is None or not (gap := seen.within & (seen.counts == 0)).any():
         return
-    lat, lon = (np.radians([gap[key] for gap in gaps]) for key in ("lat_deg", "lon_deg"))
-    places = np.stack(plan.found.terrain.grid.from_geodetic(lat, lon), axis=-1)
-    ax.plot(*places.T, "o", ms=9, mfc="none", mec=BAD, mew=2.0, zorder=8, label="gap")
+    rows, cols = (np.flatnonzero(gap.any(axis=axis)) for axis in (1, 0))
+    piece = np.s_[rows[0] : rows[-1] + 1], np.s_[cols[0] : cols[-1] + 1]
+    x, y = seen.x[piece[1]], seen.y[piece[0]]
+    half = 0.5 * (seen.x[1] - seen.x[0])
+    edges = np.meshgrid(np.append(x - half, x[-1] + half), np.append(y + half, y[-1] - half))
+    placed = plan.placed(np.stack(edges, axis=-1))
+    shown = np.ma.masked_where(~gap[piece], np.ones(gap[piece].shape))
+    ax.pcolormesh(placed[..., 0], placed[..., 1], shown, cmap=ListedColormap([GAP]), zorder=5, alpha=0.85)
+    places = plan.placed(np.array([(east, north) for east, north, _ in seen.gaps()]))
+    ax.plot(*places.T, "o", ms=11, mfc="none", mec=GAP, mew=1.8, ls="none", zorder=8, label="on no photo")
 
 
 def _title(found: Outlook) -> str:
@@ -141,7 +152,7 @@ def _title(found: Outlook) -> str:
         f"{flight['height_m']:.0f} m above the ellipsoid",
     ]
     laps = [
-        f"pixel on the ground {100 * photos['gsd_min_m']:.1f} to {100 * photos['gsd_max_m']:.1f} cm",
+        f"GSD {100 * photos['gsd_min_m']:.1f} to {100 * photos['gsd_max_m']:.1f} cm",
         f"end lap {photos['wanted_end_lap_pct']:g} %",
     ]
     if lap is not None:
