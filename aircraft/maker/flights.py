@@ -51,13 +51,21 @@ class Rms(NamedTuple):
 
 
 class Gusts:
-    """Dryden turbulence of MIL-F-8785C around a steady crosswind, made whole by Fourier's series.
+    """Dryden turbulence of MIL-F-8785C around a steady wind, made whole by Fourier's series.
 
     Each filter of the standard takes white noise of unit intensity; p has a noise of its own, q and r follow from
-    w and v as the rotation of the air.  sigma: m/s; airspeed: m/s; span: m.
+    w and v as the rotation of the air.  sigma: m/s; airspeed: m/s; span: m; wind: to the north and east, m/s.
     """
 
-    def __init__(self, sigma: float, airspeed: float, span: float, seconds: float, seed: int) -> None:
+    def __init__(
+        self,
+        sigma: float,
+        airspeed: float,
+        span: float,
+        seconds: float,
+        seed: int,
+        wind: tuple[float, float] = (-CROSSWIND, 0.0),
+    ) -> None:
         count = 2 * round(seconds / AIR_S / 2.0)
         rng = np.random.default_rng(seed)
         s = 2j * np.pi * np.fft.rfftfreq(count, AIR_S)
@@ -77,7 +85,7 @@ class Gusts:
             s / v / (1.0 + tau_r * s) * across * white[1],
         ]
         columns = [np.fft.irfft(each, count) for each in series]
-        steady = np.tile([-CROSSWIND, 0.0, 0.0], (count, 1))
+        steady = np.tile([*wind, 0.0], (count, 1))
         self.states = [AirState._make(row) for row in np.column_stack([steady, *columns]).tolist()]
 
     def at(self, index: int, where: Callable[[], tuple[float, float, float]]) -> AirState:

@@ -5,7 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from .made import TABLES, flights, folder_of
+from aerosim.flight.jsbsim_flight import JsbsimFlight
+from aerosim.flight.plan import FlightPlan, Line
+
+from .conftest import beside
+from .made import TABLES, aircraft, flights, folder_of
 
 # Dryden turbulence made by Fourier series beside the aircraft, not the package's own.  At sigma 0.7 m/s the line
 # is held within 4 m rms, at 1.4 within 8 m, the height within 5 m: three minutes quickly, then twenty.
@@ -78,3 +82,33 @@ def test_gusts_of_this_test_are_the_standards() -> None:
     slope = 2j * math.pi * frequency[slow] / 69.4
     assert np.allclose(q[slow], -slope * w[slow], rtol=0.08)
     assert np.allclose(r[slow], slope * v[slow], rtol=0.08)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", TABLES)
+@pytest.mark.parametrize("wind_to", [0, 90, 225])
+def test_every_aircraft_flies_a_block(name: str, wind_to: int) -> None:
+    # Six lines in 12 m/s of wind at sigma 0.7: photos begin within 15 m of the line and 2 deg of roll.
+    airspeed = min(TABLES[name].check_m_s, 65.0)
+    plane = aircraft(name)
+    wind = (12.0 * math.cos(math.radians(wind_to)), 12.0 * math.sin(math.radians(wind_to)))
+    air = flights.Gusts(0.7, airspeed, plane.span, 4000.0, wind_to, wind)
+    ends = [(beside((0.89, 0.23), 0.0, 800.0 * k), beside((0.89, 0.23), 8000.0, 800.0 * k)) for k in range(6)]
+    lines = [Line(*pair) if k % 2 == 0 else Line(*pair[::-1]) for k, pair in enumerate(ends)]
+    flight = JsbsimFlight(plane, FlightPlan(lines, 3000.0, airspeed), air, flights.HOLD)
+    line, begun, offsets, heights = -1, 0, [], []
+    while not flight.done:
+        flight.advance(6)
+        if flight.line != line:
+            line = flight.line
+            if line >= 0:
+                begun += 1
+                assert abs(flight.cross_track) < 15.0
+                assert abs(plane.attitude()[0]) < math.radians(2.0)
+        if line >= 0:
+            offsets.append(flight.cross_track)
+            heights.append(flight.state().height - 3000.0)
+    assert begun == 6
+    assert np.sqrt(np.mean(np.square(offsets))) < 4.0
+    assert np.sqrt(np.mean(np.square(heights))) < 5.0
+    assert flight.state().t == pytest.approx(flight.plan.forecast(*wind).duration, rel=0.03)
