@@ -30,7 +30,7 @@ def ring_of(points: ArrayLike) -> Array:
     if len(ring) > MOST_CORNERS:
         raise InputError(f"polygon with {len(ring)} corners", allowed=f"at most {MOST_CORNERS}")
     perimeter = float(np.hypot(*(ring - np.roll(ring, 1, axis=0)).T).sum())
-    if abs(area(ring)) <= FLAT * perimeter**2 and crossing(ring) is None:
+    if abs(area(hull(ring))) <= FLAT * perimeter**2:
         raise InputError("polygon with an area of zero", allowed="corners that are not on one line")
     return ring
 
