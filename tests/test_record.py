@@ -188,7 +188,13 @@ def test_the_manifest_names_what_the_run_was_made_of(crosswind: Run) -> None:
     assert manifest["aerosim"] == metadata.version("aerosim-survey")
     assert manifest["versions"]["jsbsim"] == metadata.version("jsbsim")
     assert manifest["seed"] == 1
-    assert set(manifest["inputs"]) == {"orthophoto", "elevation", "aircraft"}
+    assert set(manifest["inputs"]) == {
+        "orthophoto",
+        "elevation",
+        "aircraft/survey_twin.xml",
+        "aircraft/limits.yaml",
+        "aircraft/Systems/autopilot.xml",
+    }
     for made_of in manifest["inputs"].values():
         assert made_of["sha256"] == hashlib.sha256(Path(made_of["file"]).read_bytes()).hexdigest()
     assert manifest["terrain"] == {n: manifest["inputs"][n]["file"] for n in ("orthophoto", "elevation")}

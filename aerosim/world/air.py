@@ -16,7 +16,7 @@ from aerosim.truth import AirState, Where
 
 AIR_RATE_HZ = 40.0
 """Wanted rate of the air; a flight holds a state for round(step rate / this) steps."""
-BLOCK = 256  # short, so that few objects are alive at a time
+BLOCK = 512
 
 
 class Source(Protocol):
@@ -67,7 +67,8 @@ class Air:
         self._places = places
         self._first = 0
         self._count = 0
-        self._states: list[AirState] = []
+        # numbers, not states: many objects alive at a time make work for the garbage collector
+        self._flat: list[float] = []
         self._placed = bytearray()
         self._extend()
 
@@ -86,22 +87,18 @@ class Air:
             raise IndexError(f"the air of step {index} is gone")
         if self._places and not self._placed[k]:
             self._place(k, where())
-        return self._states[k]
+        return AirState._make(self._flat[9 * k : 9 * k + 9])
 
     def _run_to(self, index: int) -> None:
         while index >= self._first + self._count:
             self._extend()
 
     def _place(self, k: int, place: tuple[float, float, float]) -> None:
-        north, east, down, u, v, w, p, q, r = self._states[k]
         lat, lon, height = place
         t = (self._first + k) * self.dt
         for component in self._places:
-            to_north, to_east, to_down = component.at(t, lat, lon, height)
-            north += to_north
-            east += to_east
-            down += to_down
-        self._states[k] = AirState(north, east, down, u, v, w, p, q, r)
+            for axis, more in enumerate(component.at(t, lat, lon, height), start=9 * k):
+                self._flat[axis] += more
         self._placed[k] = 1
 
     def _extend(self) -> None:
@@ -115,6 +112,6 @@ class Air:
         if self._turbulence:
             u, v, r, w, q, p = np.hstack([source.draw(BLOCK) for source in self._turbulence]).T
             table[:, 3:] = np.column_stack([u, v, w, p, q, r])
-        self._states = [AirState._make(row) for row in table.tolist()]
-        self._count = len(self._states)
-        self._placed = bytearray(self._count)
+        self._flat = table.ravel().tolist()
+        self._count = BLOCK
+        self._placed = bytearray(BLOCK)

@@ -48,5 +48,6 @@ def input_files(scenario: Scenario) -> dict[str, Path]:
     files = {name: Path(file) for name, file in found.items() if file is not None}
     if replay is None:
         folder = aircraft_folder(scenario)
-        files["aircraft"] = folder / f"{folder.name}.xml"
+        parts = (file for file in sorted(folder.rglob("*")) if file.suffix in (".xml", ".yaml"))
+        files.update({f"aircraft/{file.relative_to(folder).as_posix()}": file for file in parts})
     return files
