@@ -125,14 +125,11 @@ def prepare(
     par = parameters
     points = read_trajectory(file, height_offset=par.height_offset, undulation=undulation)
     points, notes = _piece(points, par)
-    try:
-        if par.move_to is not None:
-            points = _carried(points, par)
-        path = smooth_path(points)
-        steady = Steady(par.course, par.shortest, par.run_in)
-        found = match_lines(path, lines, par.run_in, par.within) if lines else find_lines(path, steady)
-    except InputError as error:
-        raise error.at(where=str(file)) from error
+    if par.move_to is not None:
+        points = _carried(points, par)
+    path = smooth_path(points)
+    steady = Steady(par.course, par.shortest, par.run_in)
+    found = match_lines(path, lines, par.run_in, par.within) if lines else find_lines(path, steady)
     scatter = path.scatter
     notes.append(
         f"{len(found)} lines; points lie {scatter.across:.2g} m aside of the path, {scatter.height:.2g} m "
@@ -154,8 +151,7 @@ def _piece(points: Trajectory, par: ReplayParameters) -> tuple[Trajectory, list[
     inside = (points.t >= first) & (points.t <= last)
     if inside.sum() < 8:
         raise InputError(
-            f"{int(inside.sum())} points from {first:g} to {last:g} s",
-            where=points.source,
+            f"{int(inside.sum())} points of {points.source} from {first:g} to {last:g} s",
             allowed=f"8 and more, of {points.t[0]:.10g} to {points.t[-1]:.10g} s",
         )
     pieces, notes = flown_pieces(points.part(inside), par.gap_max)
@@ -165,7 +161,6 @@ def _piece(points: Trajectory, par: ReplayParameters) -> tuple[Trajectory, list[
     if asked:
         raise InputError(
             f"from {first:g} to {last:g} s the flight is broken ({notes[0]})",
-            where=points.source,
             allowed=f"a longer replay.gap_max_s, or one of {spans}",
         )
     longest = max(pieces, key=lambda piece: piece.t[-1] - piece.t[0])

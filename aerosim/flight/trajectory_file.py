@@ -90,7 +90,7 @@ def read_table(path: Path) -> Table:
     or of an unknown unit, cells that are no number, impossible values.
     """
     if not path.is_file():
-        raise InputError("no such trajectory file", where=str(path))
+        raise InputError(f"no trajectory file {path}")
     return _read_parquet(path) if path.suffix.lower() in (".parquet", ".pq") else _read_csv(path)
 
 

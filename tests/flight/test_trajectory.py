@@ -164,7 +164,7 @@ def test_a_parquet_file_that_is_none(tmp_path: Path) -> None:
     path = tmp_path / "flight.parquet"
     path.write_text("t_s\n")
     assert "cannot be read as Parquet" in str(refused(path))
-    assert "no such trajectory file" in str(refused(tmp_path / "none.csv"))
+    assert f"no trajectory file {tmp_path / 'none.csv'}" in str(refused(tmp_path / "none.csv"))
 
 
 def test_swapped_coordinates_are_seen_in_the_track(tmp_path: Path) -> None:
