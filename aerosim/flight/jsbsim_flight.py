@@ -12,7 +12,7 @@ from aerosim.flight.plan import FlightPlan, wind_triangle
 from aerosim.flight.steering import Law, Tracking
 from aerosim.truth import AircraftState
 
-GUIDANCE_EVERY = 2  # states of the air
+GUIDANCE_EVERY = 4  # states of the air: 10 Hz; rolling takes seconds, and every call costs half a step of JSBSim
 
 
 class JsbsimFlight:
@@ -54,8 +54,8 @@ class JsbsimFlight:
     def advance(self, steps: int) -> None:
         """Fly so many steps.  Raises RunFailure when the aircraft is lost.
 
-        Gusts are turned from b to n by the attitude of the last guidance step, at most 50 ms old: at 4 deg/s of
-        roll that misplaces 0.4 % of a gust.
+        Gusts are turned from b to n by the attitude of the last guidance step, at most 0.1 s old: at 4 deg/s of
+        roll that misplaces 0.7 % of a gust.
         """
         left, advance = self._left, self.aircraft.advance
         while steps > left:
@@ -68,7 +68,7 @@ class JsbsimFlight:
         self._left = left - steps
 
     def _meet_air(self) -> None:
-        """The next state of the air, and every second time the guidance's next word."""
+        """The next state of the air, and every fourth time the guidance's next word."""
         aircraft = self.aircraft
         self.air = air = self._air.at(self._index, self._where)
         if self._index % GUIDANCE_EVERY == 0:
