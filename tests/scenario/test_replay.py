@@ -64,7 +64,7 @@ def test_what_is_refused(replay: Any, key: str, said: str) -> None:
 
 
 def test_from_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """A file beside its scenario; what is wrong in it is said with its own line, what is wrong in a key with that."""
+    """A file beside its scenario; errors in it are said with its own line, errors in a key with that."""
     columns = columns_of(race_track(rate=1.0))
     write_csv(tmp_path / "flight.csv", columns)
     columns["latitude_deg"][20] = 947.0
