@@ -19,6 +19,7 @@ from aerosim.frames import Array
 
 if TYPE_CHECKING:
     from aerosim.flight.plan import FlightPlan, Forecast
+    from aerosim.flight.replay import Replay
     from aerosim.flight.trim import Trim
     from aerosim.projection import Camera
     from aerosim.scenario.build import Route
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 
 # Columns of telemetry.parquet, 8 bytes each before compression.
 TELEMETRY_BYTES = 31 * 8
+PATH_POINTS = 3000
 
 
 class Outlook(NamedTuple):
@@ -34,7 +36,7 @@ class Outlook(NamedTuple):
 
     figures: as `forecast` returns them; wind: where it goes to, north, east, m/s; ring: outline of the counted
     area on the plane of the land, (n, 2), m, None if there is none; names: of the lines; seen: photos
-    that see each cell of that area.
+    that see each cell of that area; path: of a replay, on the plane, (n, 2), m.
     """
 
     figures: dict[str, Any]
@@ -46,6 +48,7 @@ class Outlook(NamedTuple):
     ring: Array | None
     names: tuple[str, ...]
     seen: covered.Coverage | None
+    path: Array | None = None
 
 
 def forecast(scenario: Scenario) -> dict[str, Any]:
@@ -72,7 +75,8 @@ def outlook(scenario: Scenario) -> Outlook:
     if scenario.flight.replay is not None:
         replay, route = replayed(scenario, terrain)
         wind = _wind(scenario, route)
-        return _outlook(scenario, terrain, route, wind, replay.forecast(*wind), None)
+        found = _outlook(scenario, terrain, route, wind, replay.forecast(*wind), None)
+        return found._replace(path=_path(found.land, replay))
     route = route_of(scenario, terrain)
     wind = _wind(scenario, route)
     with at(scenario, "air.wind"):
@@ -149,6 +153,12 @@ def _ring(land: Land, plan: FlightPlan, corners: Array | None) -> Array | None:
         return polygon.ring_of(polygon.hull(ends))
     except InputError:  # a single line, or lines on one track
         return None
+
+
+def _path(land: Land, replay: Replay) -> Array:
+    """The way that a replay flies, on the plane, (n, 2), m."""
+    lat, lon = replay.path.place(np.linspace(replay.begin, replay.end, PATH_POINTS))[:2]
+    return land.plane.to_plane(np.column_stack([lat, lon]))
 
 
 def _flight(plan: FlightPlan, flown: Forecast, ground: float, trim: Trim | None) -> dict[str, Any]:

@@ -46,7 +46,8 @@ def _motion(scenario: Scenario, found: dict[str, Any]) -> Iterator[str]:
             f"{_which(beyond)}: drift of up to {max(largest):.1f} deg, slow wind included, is beyond the "
             f"+-{field:.1f} deg that the rows see: it {rest}"
         )
-    if scenario.flight.run_in_s < SETTLE_S and scenario.control.mode != "fixed":
+    replay = scenario.flight.replay is not None  # it has the run-ins that it has
+    if scenario.flight.run_in_s < SETTLE_S and scenario.control.mode != "fixed" and not replay:
         yield (
             f"run-in of {scenario.flight.run_in_s:g} s is shorter than the {SETTLE_S:g} s that the camera takes "
             f"to settle: the first photos of each line may be off"

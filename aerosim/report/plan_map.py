@@ -28,8 +28,10 @@ class _Map:
         self.found = found
         plane, plan, wind = found.land.plane, found.plan, found.wind
         self.lines = self.placed(np.array([plane.to_plane([line.start, line.end]) for line in plan.lines]))
-        self.run_ins = [self.placed(way) for way in paths.run_ins(plan, wind, plane)]
-        self.turns = [self.placed(way) for way in paths.turns(plan, wind, plane)]
+        replayed = found.path is not None  # its run-ins and turns are part of its path
+        self.run_ins = [] if replayed else [self.placed(way) for way in paths.run_ins(plan, wind, plane)]
+        ways = [found.path] if found.path is not None else paths.turns(plan, wind, plane)
+        self.turns = [self.placed(way) for way in ways]
         self.footprints = self.placed(shots.corners(found.land, found.shots))
         self.centres = self.placed(found.shots.place)
         self.area = None if found.ring is None else self.placed(found.ring)
@@ -107,8 +109,11 @@ def _ways(ax: Any, plan: _Map) -> None:
     if plan.area is not None:
         outline = {"fill": False, "ec": "#000000", "lw": 1.6, "ls": (0, (5, 2)), "zorder": 5}
         ax.add_patch(Polygon(plan.area, closed=True, label="area", **outline))
-    ax.add_collection(LineCollection(plan.turns, colors="#5b3a8c", lw=0.9, zorder=3, label="turn"))
-    ax.add_collection(LineCollection(plan.run_ins, colors="#5b3a8c", lw=1.6, ls=":", zorder=4, label="run-in"))
+    ax.add_collection(
+        LineCollection(plan.turns, colors="#5b3a8c", lw=0.9, zorder=3, label="turn" if plan.run_ins else "path")
+    )
+    if plan.run_ins:
+        ax.add_collection(LineCollection(plan.run_ins, colors="#5b3a8c", lw=1.6, ls=":", zorder=4, label="run-in"))
     ax.add_collection(LineCollection(list(plan.lines), colors=ESTIMATE, lw=1.6, zorder=4, label="line"))
     arrow = {"arrowstyle": "-|>,head_width=0.25,head_length=0.5", "color": ESTIMATE, "lw": 1.6}
     ring = {"boxstyle": "circle,pad=0.2", "fc": "#ffffff", "ec": ESTIMATE, "lw": 0.8}

@@ -9,13 +9,17 @@ from typing import Any
 
 import numpy as np
 import pytest
-from planned import MIDDLE, NORTH, place, utm, write_land
+from planned import CAMERA, MIDDLE, NORTH, ground_of, place, utm, write_land
 
+from aerosim.flight.block import Wanted, plan_block
+from aerosim.flight.plan import FlightPlan
 from aerosim.forecast.check import Outlook, outlook
 from aerosim.forecast.coverage import coverage
-from aerosim.forecast.shots import corners
+from aerosim.forecast.land import Land
+from aerosim.forecast.shots import corners, planned
 from aerosim.frames import Array, ecef_from_geodetic, geodetic_from_ecef, mat_from_attitude
 from aerosim.metrics.footprint import Ground, Relief, View, footprint
+from aerosim.polygon import ring_of
 from aerosim.raster import sample
 from aerosim.scenario import from_mapping
 from aerosim.scenario.build import camera_of
@@ -194,3 +198,27 @@ def test_what_a_navigator_would_object_to(tmp_path: Path, sections: dict[str, An
     assert quiet == []
     told = outlook(scenario_of(tmp_path, lines, **sections)).figures["warnings"]
     assert [line for line in told if words in line], told
+
+
+@pytest.mark.slow
+def test_no_gap_in_any_area(tmp_path: Path) -> None:
+    """Two hundred areas of any shape over ridges of 1000 m, from 200 m above them on: on no grid cell a gap."""
+    terrain = write_land(tmp_path, bumpy, half_east=12e3, half_north=12e3)
+    ground, rng = ground_of(terrain), np.random.default_rng(5)
+    for number in range(200):
+        angle = np.sort(rng.uniform(0.0, 2.0 * np.pi, rng.integers(3, 12)))
+        if np.diff(np.append(angle, angle[0] + 2.0 * np.pi)).max() > np.pi - 0.05:
+            continue  # the middle lies outside: such a star may cross itself
+        radii = rng.uniform(600.0, 9000.0, len(angle))
+        area = np.array([place(r * np.cos(a), r * np.sin(a)) for r, a in zip(radii, angle, strict=True)])
+        course = None if rng.random() < 0.5 else float(rng.uniform(0.0, 6.28))
+        wanted = Wanted(
+            float(rng.uniform(500.0, 3500.0)), side_lap=float(rng.uniform(0.1, 0.8)), end_lap=0.8, course=course
+        )
+        block = plan_block(area, wanted, CAMERA, ground)
+        land = Land(FlightPlan(block.lines, block.height, 70.0), terrain, CAMERA, area)
+        base = 0.2 * WIDTH * (block.height - block.ground)
+        counts = [int(line.length_at(block.height) / base) + 1 for line in block.lines]
+        shots = planned(land, counts, [base] * len(counts), [0.0] * len(counts))
+        seen = coverage(land, shots, ring_of(land.plane.to_plane(area)))
+        assert seen.share(0) == 0.0, (number, wanted)
