@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import fields
 from pathlib import Path
 from typing import NamedTuple
 
@@ -46,7 +47,7 @@ RATES = """
 
 Period figures (proceedings text on the Jena LMK cameras, aircraft of 3 to 6 t flown by hand): roll rates up to
 1 deg/s in smooth air and at most 4 deg/s in medium turbulence, pitch and yaw 20 to 30 % of that, so up to
-1.2 deg/s.  Up to a sigma of 1.0 m/s the amplitudes lie inside; at 1.4 the greatest pitch rate is a little above.
+1.2 deg/s.  Up to a sigma of 1.0 m/s the amplitudes lie inside; at 1.4 the pitch rate reaches 1.3 to 1.6 deg/s.
 The ratios of the rms are above 0.3: an autopilot that holds the wings level takes out a third of the roll
 rate, and what the height hold and the fin make of the gusts remains.  A softer roll hold would mend the ratio
 and spoil the photos.
@@ -128,6 +129,23 @@ belongs to {m.total_kg:.6g} kg and does not change with the fuel, which sits at 
 
 | limit | value | source |
 |---|---|---|
+{chr(10).join(rows)}
+"""
+
+
+def autopilot(table: Table) -> str:
+    """Table of the autopilot's gains."""
+    rows = [f"| {f.name} | {getattr(table.gains, f.name):g} |" for f in fields(table.gains)]
+    return f"""
+## Autopilot
+
+Engineering values of this project, in ft, ft/s, rad and W: climb wanted for each ft of height error, pitch for
+each ft/s of climb missing and its integral, elevator for pitch and its rate, power for airspeed and its integral,
+aileron for roll, its integral and rate, rudder for the yaw rate beyond a coordinated turn's and for each g of side
+force.
+{table.autopilot_note}
+| gain or limit | value |
+|---|---|
 {chr(10).join(rows)}
 """
 
@@ -228,6 +246,7 @@ def quick(folder: Path, table: Table) -> str:
         head(table)
         + coefficients(table)
         + masses(table)
+        + autopilot(table)
         + trims(table, points)
         + mode_table(points, check)
         + judges(check)

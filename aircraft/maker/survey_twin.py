@@ -102,4 +102,6 @@ linear in lift and knows no stall: `limits.yaml` keeps a flight away from there.
 halving it moves the short period by 1 %.""",
     speeds_m_s=(50.0, 55.0, 62.0, 69.4, 80.0, 95.0),
     check_m_s=69.4,
+    autopilot_note="""The yaw damper takes the source's rudder power at its word; with half of it, it still damps.
+""",
 )

@@ -170,6 +170,7 @@ class Table:
     sums: tuple[str, ...] = ()
     reversed: tuple[str, ...] = ()
     zero: tuple[str, ...] = ()
+    autopilot_note: str = ""
     heights_m: tuple[float, ...] = field(default=(500.0, 3000.0, 6000.0))
 
     def value(self, term: Term) -> float:
