@@ -188,3 +188,93 @@ def test_a_flight_into_the_hills_is_refused(refused: Refused) -> None:
     line = refused(SCENARIO.replace("height_m: 3000", "height_m: 900"))
     assert "above the highest ground under line 0" in line
     assert re.search(r"flight\.height_m from 10\d\d on", line)
+
+
+LINES = SCENARIO[SCENARIO.index("  lines:") :]
+LEVELS = "[{{height_m: {}, speed_m_s: 5, from_deg: 0}}, {{height_m: {}, speed_m_s: {}, from_deg: 0}}]"
+PROFILE = f"wind: {{{{profile: {LEVELS}}}}}"
+SQUARE = "[[45.10, 9.08], [45.10, 9.16], [45.13, 9.16], [45.13, 9.08]]"
+
+
+@pytest.mark.parametrize(
+    ("air", "wanted"),
+    [
+        ("wind: {speed_m_s: 70, from_deg: 10}", r"air\.wind\.speed_m_s: 70 m/s is too much for an airspeed"),
+        (
+            PROFILE.format(0, 4000, 95),
+            r"air\.wind: wind of 77 m/s cannot be flown against",
+        ),
+        (
+            PROFILE.format(900, 900, 9),
+            r"air\.wind\.profile\.1\.height_m: 900 m is not above the level before it",
+        ),
+        ("turbulence: {model: mil_f_8785c}", r"air\.turbulence\.severity: .* has no strength"),
+        ("turbulence: {severity: light}", r"air\.turbulence\.severity: does not belong to model dryden"),
+        ("gusts: [{start_s: 3, duration_s: 0}]", r"air\.gusts\.0\.duration_s: 0 is out of range"),
+        (
+            "thermals: [{center_deg: [45, 9], radius_m: 0, strength_m_s: 2}]",
+            r"air\.thermals\.0\.radius_m: 0 is out",
+        ),
+    ],
+)
+def test_air_that_cannot_be(refused: Refused, air: str, wanted: str) -> None:
+    assert re.match(rf"bad\.yaml:10: {wanted}", refused(f"{SCENARIO}air: {{{air}}}\n"))
+
+
+@pytest.mark.parametrize(
+    ("flight", "wanted"),
+    [
+        ("", r"flight\.lines: has no lines \(lines, area or file\)"),
+        (f"  area: {{corners_deg: {SQUARE}}}\n{LINES}", r"flight\.area: is given besides lines"),
+        ("  area: {corners_deg: []}", r"flight\.area\.corners_deg: has 0 values"),
+        ("  area: {corners_deg: [[45.10, 9.08], [45.10, 9.16]]}", r"flight\.area\.corners_deg: has 2 values"),
+        (
+            "  area: {corners_deg: [[45.10, 9.08], [45.13, 9.16], [45.13, 9.08], [45.10, 9.16]]}",
+            r"flight\.area: polygon crosses or touches itself at latitude 45\.11\d+, longitude 9\.12",
+        ),
+        ("  area: {corners_deg: [[45.1, 9.1], [45.1, 9.1], [45.1, 9.1]]}", r"flight\.area: polygon .*"),
+        (f"  area: {{corners_deg: {SQUARE.replace('45.1', '44.1')}}}", r"flight\.area: .* beyond the terrain"),
+        (
+            f"  area: {{corners_deg: {SQUARE}, side_lap_pct: 95}}",
+            r"flight\.area\.side_lap_pct: 95 is out of range",
+        ),
+        ("  file: none.geojson", r"flight\.file: cannot be read: No such file"),
+        ("  file: orthophoto.tif", r"flight\.file: format \.tif is not known"),
+        ("  replay: {file: none.csv, from_s: 5, to_s: 5}", r"flight\.replay\.to_s: 5 s is not after from_s"),
+    ],
+)
+def test_lines_that_cannot_be(refused: Refused, flight: str, wanted: str) -> None:
+    line = refused(SCENARIO.replace(LINES, flight + "\n"))
+    assert re.match(rf"(\S+: )?{wanted}", line), line
+
+
+HEAD = "t_s,latitude_deg,longitude_deg,height_m\n"
+
+
+def track(*rows: str) -> str:
+    """A straight flight of 100 s, one row each second, with the given rows put in its middle."""
+    points = [f"{t},45.1,{9.03 + 0.001 * t:.6f},3200" for t in range(100)]
+    return HEAD + "\n".join([*points[:50], *rows, *points[50:]]) + "\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "wanted"),
+    [
+        ("", "empty"),
+        (HEAD, "no row|no point|points"),
+        (HEAD + "0,45.1,9.03,3200\n", "one point|1 point"),
+        (track("20,45.1,9.08,3200"), r"fly\.csv:52: .*(backwards|after)"),
+        (track("49,45.2,9.30,3200"), r"fly\.csv:5[12]: .*49"),
+        (track("49.5,nan,9.0795,3200"), r"fly\.csv:52: .*latitude_deg"),
+        (track("49.5,45.1,9.9795,3200"), r"fly\.csv:5[23]: .*m/s"),
+        (track().replace("height_m", "altitude_km"), "altitude_km"),
+        (track().replace("longitude_deg", "lon"), "longitude_deg"),
+        (track().replace(",45.1,", ",45100,"), "latitude"),
+        (track().replace(",", ";"), ";|semicolon"),
+    ],
+)
+def test_trajectories_that_cannot_be(refused: Refused, text: str, wanted: str) -> None:
+    Path("fly.csv").write_text(text)
+    line = refused(SCENARIO.replace(LINES, "  replay: fly.csv\n"))
+    assert "fly.csv" in line
+    assert re.search(wanted, line), line
