@@ -151,7 +151,7 @@ def _title(found: Outlook) -> str:
     duration = divmod(round(flight["duration_s"] / 60.0), 60)
     lap = photos["side_lap_min_pct"]
     parts = [
-        f"{flight['lines']} lines, {flight['line_length_m'] / 1000:.0f} km",
+        f"{flight['lines']} line{'s' if flight['lines'] > 1 else ''}, {flight['line_length_m'] / 1000:.0f} km",
         f"{photos['count']} photos",
         f"{duration[0]} h {duration[1]:02d} min" if duration[0] else f"{duration[1]} min",
         f"{flight['height_m']:.0f} m above the ellipsoid",
