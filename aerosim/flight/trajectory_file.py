@@ -18,6 +18,7 @@ from aerosim.errors import InputError
 from aerosim.frames import Array
 
 MOST_ROWS = 2_000_000
+LONG_AGO = 1e7  # s; times beyond it are counted from the first row
 FOOT, KNOT = 0.3048, 1852.0 / 3600.0
 
 
@@ -277,6 +278,10 @@ def _keep(table: Table, name: str, values: Array) -> None:
             where=table.place(index),
             allowed=f"{kind.low:g} to {kind.high:g}{swapped}",
         )
+    if len(values) and kind.quantity == "time" and (name == "time_utc" or abs(values[0]) > LONG_AGO):
+        # Seconds since 1970 have no digits left for the motion between two steps.
+        table.notes.append(f"{name}: counted from the first row, {values[0]:.3f} s")
+        values = values - values[0]
     table.columns[kind.quantity] = values * kind.factor
     table.names[kind.quantity] = name
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from flown_paths import SteadyAir, columns_of, race_track, write_csv
+from flown_paths import PLACE, SteadyAir, columns_of, on_plane, race_track, write_csv
 
 from aerosim import assets
 from aerosim.errors import InputError
@@ -278,6 +278,16 @@ def test_given_lines_are_matched_and_refused(tracked: Callable[..., Replay]) -> 
         tracked([Line(end, start)])  # the other way round
     with pytest.raises(InputError, match=r"line 1 is not flown in the trajectory .*after the line before"):
         tracked([found[1].line, found[0].line])
+
+
+def test_a_line_that_is_left_on_its_way_is_not_flown(tmp_path: Path) -> None:
+    t = np.arange(0.0, 150.0, 0.5)
+    bulge = 600.0 * np.exp(-(((t - 75.0) / 15.0) ** 2))
+    file = write_csv(tmp_path / "flight.csv", columns_of(on_plane(t, 60.0 * t, bulge, np.full_like(t, 1500.0))))
+    line = Line(PLACE, (PLACE[0] + 8000.0 / WGS84_A, PLACE[1]))
+    with pytest.raises(InputError, match="line 0 is not flown"):
+        prepare(file, ReplayParameters(), [line])
+    assert len(prepare(file, ReplayParameters(within=700.0), [line]).lines) == 1
 
 
 def test_parts_that_hold_no_line_are_refused(tracked: Callable[..., Replay]) -> None:

@@ -56,9 +56,13 @@ def test_time_without_a_zone_is_utc(tmp_path: Path) -> None:
     head = "time_utc,latitude_deg,longitude_deg,height_m"
     rows = [f"2024-05-01T10:00:0{k}.5,47.00{k},11,1500" for k in range(5)]
     zoned = [f"2024-05-01T12:00:0{k}.5+02:00,47.00{k},11,1500" for k in range(5)]
-    assert read_trajectory(file_of(tmp_path, *rows, head=head)).t[0] == pytest.approx(
-        read_trajectory(file_of(tmp_path, *zoned, head=head)).t[0]
-    )
+    notes = [read_trajectory(file_of(tmp_path, *each, head=head)).notes for each in (rows, zoned)]
+    assert notes[0] == notes[1] == ("time_utc: counted from the first row, 1714557600.500 s",)
+
+
+def test_seconds_since_1970_are_counted_from_the_first_row(tmp_path: Path) -> None:
+    rows = [f"{1714557600.5 + 10 * k},47.0{k},11,1500" for k in range(5)]
+    assert read_trajectory(file_of(tmp_path, *rows)).t == pytest.approx([0.0, 10.0, 20.0, 30.0, 40.0])
 
 
 def test_parquet_says_the_same_as_csv(tmp_path: Path) -> None:
