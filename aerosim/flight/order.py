@@ -45,7 +45,7 @@ def flown(
 
     parts: number of parts of each track; spacing: between neighbouring tracks, m; turn_diameter: m; line: makes
     the line of a leg; duration: of a flight along lines, s, for order `shortest`, which tries the sequential one
-    and race tracks of several widths, from either side and end, and keeps the quickest.
+    and race tracks of several widths, then the quickest of them from either side and end.
     """
     if order not in ORDERS:
         raise InputError(f"order {order!r} is not known", allowed=", ".join(ORDERS))
@@ -57,14 +57,16 @@ def flown(
         return _legs(race_track(number, least), parts, True)
     if duration is None:
         raise InputError("order 'shortest' without a way to tell the duration of a flight")
+    fly = duration
+
+    def takes(legs: list[Leg]) -> float:
+        return fly([line(*leg) for leg in legs])
+
     leaps = sorted({1, *(max(1, min(least + more, (number + 1) // 2)) for more in (-1, 0, 1))})
-    candidates = []
-    for leap in leaps:
-        ordered = race_track(number, leap) if leap > 1 else list(range(number))
-        for mirrored in (False, True):
-            tracks = [number - 1 - track for track in ordered] if mirrored else ordered
-            candidates += [_legs(tracks, parts, forward) for forward in (True, False)]
-    return min(candidates, key=lambda legs: duration([line(*leg) for leg in legs]))
+    plain = [race_track(number, leap) if leap > 1 else list(range(number)) for leap in leaps]
+    best = min(plain, key=lambda tracks: takes(_legs(tracks, parts, True)))
+    sides = (best, [number - 1 - track for track in best])
+    return min((_legs(tracks, parts, forward) for tracks in sides for forward in (True, False)), key=takes)
 
 
 def _legs(tracks: Sequence[int], parts: Sequence[int], forward: bool) -> list[Leg]:
