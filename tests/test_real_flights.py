@@ -175,3 +175,16 @@ def test_nothing_wiggles_that_did_not_fly(case: Case) -> None:
     assert np.degrees(state[:, 7].std()) < 1.5
     assert np.degrees(np.sqrt((state[:, 10:13] ** 2).mean(axis=0))).max() < 0.7
     assert np.abs(np.gradient(np.hypot(state[:, 4], state[:, 5]), 0.1)).max() < 1.0
+
+
+def test_a_short_part_is_smoothed_like_the_whole_flight() -> None:
+    """Seventeen points alone would say nothing of their scatter, and each would be followed."""
+    file = DATA / "ign_fontainebleau.csv"
+    part = prepare(file, ReplayParameters(first=9000.0, last=9200.0))
+    assert len(part.points) < 20
+    whole = prepare(file, ReplayParameters())
+    assert part.path.scatter == whole.path.scatter
+    t = np.arange(9040.0, 9160.0, 1.0)
+    (a, b), (c, d) = (replay.path.place(t)[:2] for replay in (part, whole))
+    # the rest of the flight is not seen: metres at the scatter of 10 m across and 90 m along
+    assert np.hypot((a - c) * WGS84_A, (b - d) * WGS84_A * np.cos(a)).max() < 60.0

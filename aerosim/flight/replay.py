@@ -15,7 +15,7 @@ from aerosim.errors import InputError
 from aerosim.flight.attitude import GivenAttitude
 from aerosim.flight.flown_lines import FlownLine, Steady, find_lines, match_lines
 from aerosim.flight.plan import FlightPlan, Forecast, Line
-from aerosim.flight.smooth_path import SmoothPath, smooth_path
+from aerosim.flight.smooth_path import Scatter, SmoothPath, scatter_of, smooth_path
 from aerosim.flight.trajectory import Trajectory, Undulation, read_trajectory
 from aerosim.flight.trajectory_pieces import flown_pieces, moved
 from aerosim.frames import Array
@@ -124,13 +124,14 @@ def prepare(
     """
     par = parameters
     points = read_trajectory(file, height_offset=par.height_offset, undulation=undulation)
+    # One piece may hold too few points to know what they are worth.
+    scatter = scatter_of(points)
     points, notes = _piece(points, par)
     if par.move_to is not None:
-        points = _carried(points, par)
-    path = smooth_path(points)
+        points = _carried(points, par, scatter)
+    path = smooth_path(points, scatter)
     steady = Steady(par.course, par.shortest, par.run_in)
     found = match_lines(path, lines, par.run_in, par.within) if lines else find_lines(path, steady)
-    scatter = path.scatter
     notes.append(
         f"{len(found)} lines; points lie {scatter.across:.2g} m aside of the path, {scatter.height:.2g} m "
         f"above or below it, and {scatter.stamp:.2g} s before or behind"
@@ -171,10 +172,10 @@ def _piece(points: Trajectory, par: ReplayParameters) -> tuple[Trajectory, list[
     return longest, notes
 
 
-def _carried(points: Trajectory, par: ReplayParameters) -> Trajectory:
+def _carried(points: Trajectory, par: ReplayParameters, scatter: Scatter) -> Trajectory:
     """The path with the start of its first straight part where it is wanted."""
     assert par.move_to is not None
     if abs(par.move_to[0]) > math.radians(85.0):
         raise InputError(f"latitude {math.degrees(par.move_to[0]):g} deg to move to", allowed="-85 to 85 deg")
-    first = find_lines(smooth_path(points), Steady(par.course, par.shortest, par.run_in))[0]
+    first = find_lines(smooth_path(points, scatter), Steady(par.course, par.shortest, par.run_in))[0]
     return moved(points, first.line.start, par.move_to)

@@ -82,11 +82,14 @@ class SmoothPath:
         return Motion(lat, lon, height, np.stack([north, east, -rate[..., 2]], axis=-1))
 
 
-def smooth_path(points: Trajectory) -> SmoothPath:
-    """The smooth path through one piece of a trajectory."""
+def smooth_path(points: Trajectory, scatter: Scatter | None = None) -> SmoothPath:
+    """The smooth path through one piece of a trajectory.
+
+    scatter: of its points, better known from the whole flight; None finds it from this piece.
+    """
     scale = _scale(points)
-    plane = np.column_stack([(points.lat - points.lat[0]) * scale[0], (points.lon - points.lon[0]) * scale[1]])
-    scatter = scatter_of(points, plane)
+    plane = _plane(points, scale)
+    scatter = scatter or scatter_of(points)
     basis = Basis(points.t[0], points.t[-1], min(max(float(np.median(np.diff(points.t))), FINEST), COARSEST))
     level = _fit_plane(basis, points, plane, scatter)
     height = _fit_height(basis, points, scatter)
@@ -109,19 +112,21 @@ def _scale(points: Trajectory) -> tuple[float, float]:
     return float(meridian), float(normal) * float(np.cos(lat))
 
 
-def scatter_of(points: Trajectory, plane: Array) -> Scatter:
-    """Scatter of the points about parabolas through seven of them, on straight parts, not below the quantisation.
+def _plane(points: Trajectory, scale: tuple[float, float]) -> Array:
+    """Points on a plane, (n, 2) north, east, m."""
+    return np.column_stack([(points.lat - points.lat[0]) * scale[0], (points.lon - points.lon[0]) * scale[1]])
 
-    plane: (n, 2), m.
-    """
+
+def scatter_of(points: Trajectory) -> Scatter:
+    """Scatter of the points about parabolas through seven of them, where it is straight; not below the steps."""
     steps = points.steps
     least = WGS84_A * max(steps.get("latitude", 0.0), steps.get("longitude", 0.0)) / np.sqrt(12.0)
     floor = max(least, 1e-3), max(steps.get("height", 0.0) / np.sqrt(12.0), 1e-3)
     # Of an even period nobody can tell whether it is rounded.
     stamp = 0.0 if np.ptp(np.diff(points.t)) < 1e-6 else steps.get("time", 0.0) / np.sqrt(12.0)
-    if len(points) < 3 * WINDOW:
+    if len(points) < 2 * WINDOW:
         return Scatter(*floor, stamp)
-    along, across, rise, speed = _residuals(points, plane)
+    along, across, rise, speed = _residuals(points, _plane(points, _scale(points)))
     found_across = _spread(across)
     found_stamp = np.sqrt(max(_spread(along) ** 2 - found_across**2, 0.0)) / max(speed, SLOWEST)
     return Scatter(
