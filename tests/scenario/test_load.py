@@ -155,7 +155,7 @@ def test_names_of_shipped_scenarios(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     ):
         load("croswind")
     with pytest.raises(
-        InputError, match=r"no such scenario file or shipped name \(shipped: calm, crosswind, gusty"
+        InputError, match=r"no such scenario file or shipped name \(shipped: block_area, calm, crosswind, gusty"
     ):
         load("zzzz.yaml")
     with pytest.raises(InputError, match=r"is a folder"):
