@@ -61,12 +61,13 @@ def start(model: str) -> float:
 
 def main() -> None:
     """Print the ratios."""
-    for name, settings in {
+    kinds: dict[str, dict[str, Any]] = {
         "Dryden turbulence, slow wind, guidance": {},
         "von Karman turbulence, slow wind, guidance": {"air.turbulence.model": "von_karman"},
         "steady wind, guidance": {"air.turbulence.sigma_m_s": 0.0, "air.slow_wind.sigma_m_s": 0.0},
         "Dryden, wind that veers with height, guidance": {"air.shear.veer_deg_per_km": 5.0},
-    }.items():
+    }
+    for name, settings in kinds.items():
         part = share(settings)
         print(f"{name}: {100.0 * part:.0f} % of the bare step, {part / LIMIT_SHARE:.2f} of the limit")
     for folder in sorted(assets.folder("aircraft").glob("*/limits.yaml")):

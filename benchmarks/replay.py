@@ -16,8 +16,8 @@ from aerosim import assets
 from aerosim.flight.aircraft import Aircraft
 from aerosim.flight.jsbsim_flight import JsbsimFlight, bare_loop
 from aerosim.flight.plan import FlightPlan, Line
-from aerosim.flight.replay import Replay, ReplayParameters, prepare
-from aerosim.flight.replay_flight import ReplayFlight
+from aerosim.flight.replay.replay import Replay, ReplayParameters, prepare
+from aerosim.flight.replay.replay_flight import ReplayFlight
 from aerosim.frames import WGS84_A
 from aerosim.truth import AirState, Where
 

@@ -119,7 +119,9 @@ def test_the_module_runs_as_the_command_does(tmp_path: Path) -> None:
         check=False,
     )
     assert done.returncode == 2
-    assert done.stderr.startswith("nowhere.yaml: no such scenario file or shipped name (shipped: block_area, calm,")
+    assert done.stderr.startswith(
+        "nowhere.yaml: no such scenario file or shipped name (shipped: block_area, calm,"
+    )
     assert done.stderr.count("\n") == 1
     assert list(tmp_path.iterdir()) == []
 

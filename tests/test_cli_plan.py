@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from aerosim.cli.app import call
-from aerosim.formats import features
+from aerosim.formats import files
 
 AREA = '{"type": "Polygon", "coordinates": [[[-84.30, 36.50], [-84.20, 36.50], [-84.20, 36.56], [-84.30, 36.54]]]}'
 CHECK = """\
@@ -55,7 +55,7 @@ def test_a_plan_is_written_named_in_a_scenario_and_checked(aerosim: Aerosim, end
     planned = aerosim("plan", "area.geojson", "--height_m", "1500", "--out", f"lines.{ending}", "--json")
     assert planned.code == 0, planned.err
     figures = json.loads(planned.out)
-    lines = features.read(Path(f"lines.{ending}"))
+    lines = files.read(Path(f"lines.{ending}"))
     assert len(lines) == figures["flight"]["lines"] == len(figures["lines"]) >= 3
     assert [line.name for line in lines] == [str(k + 1) for k in range(len(lines))]
     scenario = f"name: again\nterrain: {{source: pine_mountain}}\nflight: {{file: lines.{ending}, height_m: {figures['flight']['height_m']}, height_above: ellipsoid}}\n"
@@ -127,7 +127,7 @@ def test_maps_are_pictures(aerosim: Aerosim) -> None:
     assert (kinds.count("line"), kinds.count("area")) == (2, 1)
     assert kinds.count("photo") == kinds.count("footprint") == 26
     # what check wrote is a plan again
-    assert len(features.read(Path("all.geojson"))) == 3
+    assert len(files.read(Path("all.geojson"))) == 3
 
 
 def test_check_tells_its_warnings_in_both_ways(aerosim: Aerosim) -> None:

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from flown_paths import SteadyAir
 
-from aerosim.flight.replay import Replay, ReplayParameters, prepare
-from aerosim.flight.replay_flight import ReplayFlight
+from aerosim.flight.replay.replay import Replay, ReplayParameters, prepare
+from aerosim.flight.replay.replay_flight import ReplayFlight
 from aerosim.frames import WGS84_A, Array, wrap_pi
 from aerosim.record import Record
 from aerosim.scenario import from_mapping

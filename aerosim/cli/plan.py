@@ -65,7 +65,7 @@ def _show(found: Mapping[str, Any], as_json: bool) -> None:
 def _check_names(out: Path | None, picture: Path | None, overwrite: bool) -> None:
     """What can be known about the files before the work is done."""
     if out is not None:
-        from aerosim.formats.features import check_ending
+        from aerosim.formats.files import check_ending
 
         check_ending(out, "--out")
     if picture is not None and picture.suffix.lower() != ".png":
@@ -77,18 +77,18 @@ def _check_names(out: Path | None, picture: Path | None, overwrite: bool) -> Non
 
 def _write(found: Outlook, out: Path | None, picture: Path | None, overwrite: bool, *, whole: bool) -> None:
     """The files asked for.  whole: photos and footprints besides the lines."""
-    from aerosim.formats import features
+    from aerosim.formats import files
 
     if out is not None:
         from aerosim.forecast import export
 
         shapes = export.everything(found) if whole and out.suffix.lower() != ".csv" else export.lines(found)
-        features.write(out, shapes, title=str(found.figures["name"]), overwrite=overwrite)
+        files.write(out, shapes, title=str(found.figures["name"]), overwrite=overwrite)
         say(f"written: {out}")
     if picture is not None:
         from aerosim.report.plan_map import map_png
 
-        features.save(picture, map_png(found), overwrite)
+        files.save(picture, map_png(found), overwrite)
         say(f"written: {picture}")
 
 

@@ -36,7 +36,7 @@ def around(text: str) -> Around:
         return Around([_point(text)], None)
     if path.suffix.lower() in (".parquet", ".pq") or (path.suffix.lower() == ".csv" and _has_time(path)):
         return _trajectory(path)
-    from aerosim.formats.features import read
+    from aerosim.formats.files import read
 
     ways = []
     for feature in read(path):
@@ -68,9 +68,9 @@ def _has_time(path: Path) -> bool:
 
 
 def _trajectory(path: Path) -> Around:
-    from aerosim.flight.smooth_path import smooth_path
-    from aerosim.flight.trajectory import read_trajectory
-    from aerosim.flight.trajectory_pieces import flown_pieces
+    from aerosim.flight.replay.smooth_path import smooth_path
+    from aerosim.flight.replay.trajectory import read_trajectory
+    from aerosim.flight.replay.trajectory_pieces import flown_pieces
 
     points = read_trajectory(path, undulation=lambda lat, lon: np.zeros_like(lat))
     pieces, _ = flown_pieces(points, gap_max=120.0)

@@ -19,7 +19,7 @@ from aerosim.frames import Array
 
 if TYPE_CHECKING:
     from aerosim.flight.plan import FlightPlan, Forecast
-    from aerosim.flight.replay import Replay
+    from aerosim.flight.replay.replay import Replay
     from aerosim.flight.trim import Trim
     from aerosim.projection import Camera
     from aerosim.scenario.build import Route

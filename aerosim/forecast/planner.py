@@ -8,7 +8,7 @@ from typing import Any
 
 from aerosim.errors import InputError
 from aerosim.forecast.check import Outlook, outlook
-from aerosim.formats.features import read
+from aerosim.formats.files import read
 from aerosim.scenario import from_mapping
 
 

@@ -15,7 +15,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from aerosim.errors import InputError
-from aerosim.formats import features
+from aerosim.formats import files
 from aerosim.formats.features import Feature
 
 LINES = [
@@ -30,8 +30,8 @@ PRINT = Feature("footprint", ((0.63, -1.47), (0.64, -1.47), (0.64, -1.46), (0.63
 @pytest.mark.parametrize("ending", ["geojson", "json", "kml", "csv", "KML"])
 def test_lines_come_back_to_a_tenth_of_a_millimetre(tmp_path: Path, ending: str) -> None:
     file = tmp_path / f"lines.{ending}"
-    features.write(file, [*LINES, PHOTO, PRINT], title="a & b")
-    found = features.read(file)
+    files.write(file, [*LINES, PHOTO, PRINT], title="a & b")
+    found = files.read(file)
     assert [each.kind for each in found] == ["line", "line"]  # photos and footprints are not read as plans
     for before, after in zip(LINES, found, strict=True):
         assert np.abs(np.array(before.points) - np.array(after.points)).max() * 6.4e6 < 1e-4
@@ -40,14 +40,14 @@ def test_lines_come_back_to_a_tenth_of_a_millimetre(tmp_path: Path, ending: str)
 
 @pytest.mark.parametrize("ending", ["geojson", "kml"])
 def test_an_area_comes_back(tmp_path: Path, ending: str) -> None:
-    features.write(tmp_path / f"area.{ending}", [AREA], title="area")
-    (found,) = features.read(tmp_path / f"area.{ending}")
+    files.write(tmp_path / f"area.{ending}", [AREA], title="area")
+    (found,) = files.read(tmp_path / f"area.{ending}")
     assert (found.kind, found.name) == ("area", "wood")
     assert np.array(found.points) == pytest.approx(np.array(AREA.points), abs=1e-11)
 
 
 def test_geojson_is_what_the_rfc_says(tmp_path: Path) -> None:
-    features.write(tmp_path / "all.geojson", [*LINES, AREA, PHOTO, PRINT], title="all")
+    files.write(tmp_path / "all.geojson", [*LINES, AREA, PHOTO, PRINT], title="all")
     data = json.loads((tmp_path / "all.geojson").read_text())
     assert data["type"] == "FeatureCollection"
     shapes = [each["geometry"]["type"] for each in data["features"]]
@@ -63,7 +63,7 @@ def test_geojson_is_what_the_rfc_says(tmp_path: Path) -> None:
 
 
 def test_kml_is_read_by_another_parser(tmp_path: Path) -> None:
-    features.write(tmp_path / "all.kml", [*LINES, AREA, PHOTO, PRINT], title="a <b>")
+    files.write(tmp_path / "all.kml", [*LINES, AREA, PHOTO, PRINT], title="a <b>")
     space = {"k": "http://www.opengis.net/kml/2.2"}
     root = ElementTree.parse(tmp_path / "all.kml").getroot()
     assert root.find("k:Document/k:name", space).text == "a <b>"  # type: ignore[union-attr]
@@ -75,7 +75,7 @@ def test_kml_is_read_by_another_parser(tmp_path: Path) -> None:
 
 
 def test_csv_has_its_columns(tmp_path: Path) -> None:
-    features.write(tmp_path / "lines.csv", LINES, title="")
+    files.write(tmp_path / "lines.csv", LINES, title="")
     with (tmp_path / "lines.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert float(rows[1]["end_longitude_deg"]) == pytest.approx(math.degrees(-1.4727))
@@ -108,7 +108,7 @@ def test_kml_of_other_programs(tmp_path: Path, space: str, head: str) -> None:
         "</MultiGeometry></Placemark></Folder></Document></kml>"
     )
     (tmp_path / "a.kml").write_text(text)
-    area, line = features.read(tmp_path / "a.kml")
+    area, line = files.read(tmp_path / "a.kml")
     assert (area.kind, line.kind, area.name, area.height) == ("area", "line", "a", 0.0)
     assert len(area.points) == 3
     assert np.degrees(line.points[0]) == pytest.approx((36.5, -84.3))
@@ -118,7 +118,7 @@ def test_csv_of_an_area_and_of_windows(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_bytes(
         b"\xef\xbb\xbfLatitude_deg, longitude_deg\r\n36.5,-84.3\r\n36.5,-84.2\r\n36.6,-84.2\r\n"
     )
-    (area,) = features.read(tmp_path / "a.csv")
+    (area,) = files.read(tmp_path / "a.csv")
     assert (area.kind, len(area.points)) == ("area", 3)
 
 
@@ -181,7 +181,7 @@ def geo(kind: str, coordinates: str) -> str:
 def test_what_is_wrong_is_told_with_its_place(tmp_path: Path, name: str, text: str, words: str) -> None:
     (tmp_path / name).write_text(text)
     with pytest.raises(InputError) as caught:
-        features.read(tmp_path / name)
+        files.read(tmp_path / name)
     line = str(caught.value)
     assert words in line
     assert "\n" not in line
@@ -189,15 +189,15 @@ def test_what_is_wrong_is_told_with_its_place(tmp_path: Path, name: str, text: s
 
 def test_files_that_cannot_be_read_or_written(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"none.kml: cannot be read: No such file"):
-        features.read(tmp_path / "none.kml")
+        files.read(tmp_path / "none.kml")
     (tmp_path / "b.kml").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(InputError, match="is not a text file"):
-        features.read(tmp_path / "b.kml")
+        files.read(tmp_path / "b.kml")
     with pytest.raises(InputError, match="file exists"):
-        features.write(tmp_path / "b.kml", LINES, title="")
-    features.write(tmp_path / "b.kml", LINES, title="", overwrite=True)
+        files.write(tmp_path / "b.kml", LINES, title="")
+    files.write(tmp_path / "b.kml", LINES, title="", overwrite=True)
     with pytest.raises(InputError, match="cannot be written"):
-        features.write(tmp_path / "no" / "b.kml", LINES, title="")
+        files.write(tmp_path / "no" / "b.kml", LINES, title="")
     with pytest.raises(InputError, match=r"--out: format .txt is not known"):
-        features.write(tmp_path / "b.txt", LINES, title="")
+        files.write(tmp_path / "b.txt", LINES, title="")
     assert sorted(file.name for file in tmp_path.iterdir()) == ["b.kml"]

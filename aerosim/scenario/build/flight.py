@@ -6,8 +6,8 @@ from pathlib import Path
 
 from aerosim import assets
 from aerosim.flight.aircraft import Aircraft
+from aerosim.flight.own.probe import check_model
 from aerosim.flight.plan import FlightPlan
-from aerosim.flight.probe import check_model
 from aerosim.scenario.aircraft import is_path
 from aerosim.scenario.build.placing import at
 from aerosim.scenario.scenario import Scenario

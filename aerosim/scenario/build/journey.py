@@ -13,7 +13,7 @@ from aerosim.flight.interface import Flight
 from aerosim.flight.jsbsim_flight import JsbsimFlight
 from aerosim.flight.navigator import Navigator, NavigatorParameters
 from aerosim.flight.plan import FlightPlan, wind_triangle
-from aerosim.flight.replay_flight import ReplayFlight
+from aerosim.flight.replay.replay_flight import ReplayFlight
 from aerosim.flight.steering import Law, Tracking
 from aerosim.frames import Array
 from aerosim.rng import generator

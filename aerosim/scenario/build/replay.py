@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from aerosim.flight.plan import Line
-from aerosim.flight.replay import Replay, ReplayParameters, prepare
+from aerosim.flight.replay.replay import Replay, ReplayParameters, prepare
 from aerosim.scenario import replay as section
 from aerosim.scenario.build.air import mean_wind
 from aerosim.scenario.build.placing import at

@@ -13,7 +13,7 @@ from aerosim.errors import InputError
 from aerosim.flight.block import Ground, Wanted, plan_block
 from aerosim.flight.plan import TURN_BANK, FlightPlan, Line
 from aerosim.flight.turns import turn_radius
-from aerosim.formats.features import read
+from aerosim.formats.files import read
 from aerosim.frames import Array
 from aerosim.scenario.area import Area
 from aerosim.scenario.build.air import wind_field

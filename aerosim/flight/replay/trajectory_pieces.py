@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from aerosim.errors import InputError
-from aerosim.flight.trajectory import SLOWEST, Trajectory
+from aerosim.flight.replay.trajectory import SLOWEST, Trajectory
 from aerosim.frames import WGS84_A, Array, ecef_from_geodetic, geodetic_from_ecef, mat_ne, wrap_pi
 
 AGREES = (0.7, 1.4)  # mean speed across a gap against the speed beside it

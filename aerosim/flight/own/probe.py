@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import IO
 
 from aerosim.errors import InputError
-from aerosim.flight.limitscheck import check_limits
-from aerosim.flight.xmlcheck import Source, check_xml, refusal
+from aerosim.flight.own.limitscheck import check_limits
+from aerosim.flight.own.xmlcheck import Source, check_xml, refusal
 
 TIME_LIMIT_S = 20.0
 MEMORY_LIMIT = 4 << 30
@@ -26,7 +26,7 @@ MARK = "aerosim-probe "
 PROGRAM = """
 import json, sys
 sys.path[:] = json.loads(sys.argv[1])
-from aerosim.flight.probe import main
+from aerosim.flight.own.probe import main
 main(sys.argv[2:])
 """
 STAGES = {
@@ -183,7 +183,7 @@ def _bound() -> None:
 def main(arguments: list[str]) -> None:
     """The probe itself: folder, step rate in Hz, fuel in kg or `-`."""
     _bound()
-    from aerosim.flight.tryout import try_out
+    from aerosim.flight.own.tryout import try_out
 
     folder, rate, fuel = arguments
     verdict = {"problem": "", "allowed": ""}

@@ -7,11 +7,11 @@ from typing import NamedTuple
 import numpy as np
 from scipy.interpolate import BSpline
 
-from aerosim.flight.attitude import HALO, Attitude, body_rates, coordinated, gust_n, slope, with_given
 from aerosim.flight.guidance import Phase
 from aerosim.flight.interface import Air
 from aerosim.flight.plan import FlightPlan
-from aerosim.flight.replay import Replay
+from aerosim.flight.replay.attitude import HALO, Attitude, body_rates, coordinated, gust_n, slope, with_given
+from aerosim.flight.replay.replay import Replay
 from aerosim.frames import Array, ecef_from_geodetic, wrap_pi
 from aerosim.truth import AircraftState, AirState
 

@@ -18,8 +18,8 @@ from aerosim.flight.aircraft import Aircraft
 from aerosim.flight.guidance import Phase
 from aerosim.flight.jsbsim_flight import JsbsimFlight
 from aerosim.flight.plan import FlightPlan, Line
-from aerosim.flight.replay import Replay, ReplayParameters, prepare
-from aerosim.flight.replay_flight import ReplayFlight
+from aerosim.flight.replay.replay import Replay, ReplayParameters, prepare
+from aerosim.flight.replay.replay_flight import ReplayFlight
 from aerosim.frames import WGS84_A, Array
 from aerosim.rng import generator
 from aerosim.truth import AircraftState

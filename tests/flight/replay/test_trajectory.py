@@ -16,8 +16,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from aerosim.errors import InputError
-from aerosim.flight.trajectory import Trajectory, read_trajectory, step_of
-from aerosim.flight.trajectory_pieces import flown_pieces, moved
+from aerosim.flight.replay.trajectory import Trajectory, read_trajectory, step_of
+from aerosim.flight.replay.trajectory_pieces import flown_pieces, moved
 from aerosim.frames import WGS84_A, ecef_from_geodetic, wrap_pi
 
 HEAD = "t_s,latitude_deg,longitude_deg,height_m"

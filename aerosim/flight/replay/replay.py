@@ -12,12 +12,12 @@ from pathlib import Path
 import numpy as np
 
 from aerosim.errors import InputError
-from aerosim.flight.attitude import GivenAttitude
-from aerosim.flight.flown_lines import FlownLine, Steady, find_lines, match_lines
 from aerosim.flight.plan import FlightPlan, Forecast, Line
-from aerosim.flight.smooth_path import Scatter, SmoothPath, scatter_of, smooth_path
-from aerosim.flight.trajectory import Trajectory, Undulation, read_trajectory
-from aerosim.flight.trajectory_pieces import flown_pieces, moved
+from aerosim.flight.replay.attitude import GivenAttitude
+from aerosim.flight.replay.flown_lines import FlownLine, Steady, find_lines, match_lines
+from aerosim.flight.replay.smooth_path import Scatter, SmoothPath, scatter_of, smooth_path
+from aerosim.flight.replay.trajectory import Trajectory, Undulation, read_trajectory
+from aerosim.flight.replay.trajectory_pieces import flown_pieces, moved
 from aerosim.frames import Array
 
 journal = logging.getLogger("aerosim")

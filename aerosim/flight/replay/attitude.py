@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.interpolate import BSpline
 
-from aerosim.flight.penalised import DEGREE, Basis, solve
-from aerosim.flight.smooth_path import COARSEST, FINEST
-from aerosim.flight.trajectory import Trajectory
+from aerosim.flight.replay.penalised import DEGREE, Basis, solve
+from aerosim.flight.replay.smooth_path import COARSEST, FINEST
+from aerosim.flight.replay.trajectory import Trajectory
 from aerosim.frames import GRAVITY, Array, radii
 
 HALO = 2  # samples at each end that a derivative costs

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosim.errors import InputError
-from aerosim.flight.trajectory_file import HEIGHTS, KINDS, NEEDED, Table, read_table
+from aerosim.flight.replay.trajectory_file import HEIGHTS, KINDS, NEEDED, Table, read_table
 from aerosim.frames import WGS84_A, Array, wrap_pi
 
 journal = logging.getLogger("aerosim")

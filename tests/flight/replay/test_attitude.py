@@ -8,8 +8,16 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
-from aerosim.flight.attitude import Attitude, GivenAttitude, body_rates, coordinated, gust_n, slope, with_given
-from aerosim.flight.trajectory import Trajectory
+from aerosim.flight.replay.attitude import (
+    Attitude,
+    GivenAttitude,
+    body_rates,
+    coordinated,
+    gust_n,
+    slope,
+    with_given,
+)
+from aerosim.flight.replay.trajectory import Trajectory
 from aerosim.frames import GRAVITY, WGS84_A, Array, mat_from_attitude, wrap_pi
 
 RATE = 120.0

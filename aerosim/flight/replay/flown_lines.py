@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from aerosim.errors import InputError
 from aerosim.flight.plan import Line
-from aerosim.flight.smooth_path import Motion, SmoothPath
+from aerosim.flight.replay.smooth_path import Motion, SmoothPath
 from aerosim.frames import Array, ecef_from_geodetic, wrap_pi
 
 LOOK = 10  # s to either side, for the rate of turn and of climb

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from aerosim.errors import InputError
 from aerosim.flight.limits import Limits
-from aerosim.flight.xmlcheck import read_bounded, refusal
+from aerosim.flight.own.xmlcheck import read_bounded, refusal
 
 FILE = "limits.yaml"
 # Key, whether a value of it is possible with the others', and what is.

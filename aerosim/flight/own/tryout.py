@@ -12,7 +12,7 @@ import numpy as np
 from aerosim.errors import InputError, RunFailure
 from aerosim.flight import fdm
 from aerosim.flight.aircraft import FOOT, POUND, Aircraft
-from aerosim.flight.contract import OWN, PROPERTIES
+from aerosim.flight.own.contract import OWN, PROPERTIES
 from aerosim.truth import AircraftState
 
 # Places in the envelope, as parts of its range of heights and speeds: one of them must do.

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.interpolate import BSpline
 
-from aerosim.flight.penalised import DEGREE, Basis, solve
-from aerosim.flight.trajectory import SLOWEST, Trajectory
+from aerosim.flight.replay.penalised import DEGREE, Basis, solve
+from aerosim.flight.replay.trajectory import SLOWEST, Trajectory
 from aerosim.frames import WGS84_A, Array, radii
 
 WINDOW = 7  # points to judge their scatter by

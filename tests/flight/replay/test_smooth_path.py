@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from flown_paths import Track, columns_of, on_plane, race_track, write_csv
 
-from aerosim.flight.smooth_path import SmoothPath, smooth_path
-from aerosim.flight.trajectory import read_trajectory
-from aerosim.flight.trajectory_pieces import flown_pieces
+from aerosim.flight.replay.smooth_path import SmoothPath, smooth_path
+from aerosim.flight.replay.trajectory import read_trajectory
+from aerosim.flight.replay.trajectory_pieces import flown_pieces
 from aerosim.frames import WGS84_A, Array
 
 

@@ -1,0 +1,1 @@
+"""A user's own aircraft: looked at and tried before it flies."""

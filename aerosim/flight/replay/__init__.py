@@ -1,0 +1,1 @@
+"""Trajectories that were recorded elsewhere, flown again."""
