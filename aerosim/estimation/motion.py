@@ -44,6 +44,7 @@ class StripMotion(NamedTuple):
 
 
 SURE = 3  # strips
+LOST = 10  # strips: more than gusts carry beyond the field one after the other
 UNKNOWN = MotionEstimate(0.0, math.nan, math.nan, math.nan, math.nan, False)
 UNUSED = StripUse(*[math.nan] * 6)
 
@@ -82,11 +83,11 @@ class MotionEstimator:
         self._beyond = 0
 
     def add(self, match: StripMatch) -> StripUse:
-        """Take one strip.  A refused one changes nothing, unless the first track on a line is still looked for."""
+        """Take one strip.  A refused one changes nothing, unless the track is still, or again, looked for."""
         if match.reason is not Reason.ACCEPTED:
             self._seek(match)
             return UNUSED
-        par = self._par
+        par, self._beyond = self._par, 0
         seen = strip_motion(match, par)
         duration = par.strip_period if par.strip_period is not None else match.t_row2 - match.t_row1
         noise_n = (par.sigma_vh * match.n) ** 2
@@ -106,16 +107,19 @@ class MotionEstimator:
         )
 
     def _seek(self, match: StripMatch) -> None:
-        """Without any estimate, strips whose minimum lies beyond the same end of the rows say where to turn.
+        """Strips whose minimum lies beyond the same end of the rows say where to turn.
 
         The rows' field is +-atan(max shift/d), 10 deg: a camera that starts along the airframe cannot see a
-        larger drift.  Three strips in a row are asked for, since a single one may be a chance minimum.
+        larger drift.  Three strips in a row are asked for, since a single one may be a chance minimum; once
+        there is an estimate, ten without one accepted between them: then it was wrong, and is void.
         """
-        if self._estimate.valid or not self._par.on_camera or match.reason is not Reason.BORDER_MU:
+        if not self._par.on_camera or match.reason is not Reason.BORDER_MU:
             return
         side = 1 if match.mu > 0.0 else -1
         self._beyond = self._beyond + side if self._beyond * side > 0 else side
-        if abs(self._beyond) >= SURE:
+        if abs(self._beyond) >= (LOST if self._estimate.valid else SURE):
+            self._drift.restart()
+            self._n.restart()
             angle = (match.yaw1 + match.yaw2) / 2.0 + math.atan2(match.mu, self._par.spacing_px)
             self._estimate = UNKNOWN._replace(t=match.t_decided, seek=angle)
 

@@ -11,10 +11,10 @@ from collections.abc import Callable, Iterator
 from html import escape
 from importlib import metadata
 from pathlib import Path
-from typing import Any
 
 from aerosim.report.figures import headline
 from aerosim.report.source import Source, open_source
+from aerosim.report.words import how_flown
 
 CSS = """
 :root { color-scheme: light; }
@@ -88,23 +88,6 @@ def _expectations(source: Source) -> str:
         return ""
     head = '<tr><th>Expected</th><th class="n">Found</th><th>Limits</th><th></th></tr>'
     return f"<table><thead>{head}</thead><tbody>{''.join(rows)}</tbody></table>"
-
-
-def _flown(source: Source) -> str:
-    """How it was flown, in one sentence."""
-    s = source.scenario
-    air, camera = s.air, s.frame_camera
-    above = "mean terrain" if s.flight.height_above == "mean_terrain" else "ellipsoid"
-    wind: Any = air.wind
-    steady = hasattr(wind, "speed_m_s")
-    blowing = f"wind {wind.speed_m_s:g} m/s from {wind.from_deg:g} deg" if steady else "wind by height"
-    text = (
-        f"{source.count(source.lines)} lines at {s.flight.height_m:g} m above the {above}, "
-        f"{s.flight.airspeed_m_s:g} m/s true; {blowing}, slow wind {air.slow_wind.sigma_m_s:g} m/s, "
-        f"turbulence {air.turbulence.sigma_m_s:g} m/s (sigma); camera {camera.focal_mm:g} mm, "
-        f"{camera.format_mm[0]:g} x {camera.format_mm[1]:g} mm; mode {s.control.mode}."
-    )
-    return f'<p class="note">{escape(text)}</p>'
 
 
 def _tiles(source: Source) -> str:
@@ -232,7 +215,7 @@ def page(source: Source) -> str:
     name, purpose = escape(source.scenario.name), escape(source.scenario.purpose)
     body = [
         _verdict(source),
-        _flown(source),
+        f'<p class="note">{escape(how_flown(source))}</p>',
         _tiles(source),
         _expectations(source),
         _map(source),

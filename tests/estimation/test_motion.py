@@ -232,6 +232,30 @@ def test_rows_on_the_airframe_do_not_turn_with_the_camera() -> None:
     assert seek_after(7.0, 7.0, 7.0, on_camera=False) == 0.0
 
 
+def test_a_track_that_was_wrong_is_looked_for_again() -> None:
+    estimator = MotionEstimator(replace(PAPER, on_camera=True))
+    estimator.add(strip(mu=-5.0))
+    turned = (math.radians(-7.0), math.radians(-7.0))
+    for _ in range(9):
+        estimator.add(strip(mu=7.0, yaws=turned, reason=Reason.BORDER_MU))
+    assert estimator.now().valid
+    estimator.add(strip(mu=7.0, yaws=turned, reason=Reason.BORDER_MU))
+    assert not estimator.now().valid
+    assert math.degrees(estimator.now().seek) == pytest.approx(10.0 - 7.0, abs=0.01)
+    # what is accepted next counts alone
+    estimator.add(strip(mu=2.0))
+    assert estimator.now().drift == pytest.approx(math.atan2(2.0, 39.70))
+
+
+def test_a_strip_accepted_between_keeps_the_track() -> None:
+    estimator = MotionEstimator(replace(PAPER, on_camera=True))
+    for _ in range(4):
+        estimator.add(strip(mu=5.0))
+        for _ in range(9):
+            estimator.add(strip(mu=7.0, reason=Reason.BORDER_MU))
+    assert estimator.now().valid
+
+
 def test_nothing_is_looked_for_once_the_track_is_known() -> None:
     estimator = MotionEstimator(replace(PAPER, on_camera=True))
     estimator.add(strip(mu=3.0))
