@@ -86,7 +86,7 @@ def build(scenario: Scenario) -> Mission:
     dt = 1.0 / rate
     rng_of = partial(generator, scenario.seed)
     with at(scenario, "flight"):
-        local = terrain.grid.local(*journey.around, journey.margin)
+        local = terrain.grid.local(journey.around[0], journey.around[1], journey.margin)
     agl = plan.height - ground_height
     ground = GroundView(terrain, local, agl / rows.focal_px)
     vh = planned_vh(plan, ground_height)

@@ -8,6 +8,7 @@ from math import radians
 from aerosim.flight.plan import FlightPlan
 from aerosim.rng import generator
 from aerosim.scenario.air import SlowWind, SteadyWind
+from aerosim.scenario.air import Thermal as ThermalSection
 from aerosim.scenario.air import Turbulence as TurbulenceSection
 from aerosim.scenario.build.placing import at
 from aerosim.scenario.scenario import Scenario
@@ -61,10 +62,17 @@ def air_of(scenario: Scenario, plan: FlightPlan, ground: float, span: float, dt:
             slow=_slow(air.slow_wind),
             turbulence=_turbulence(air.turbulence, plan.height, plan.height - ground),
             gusts=[CosineGust(g.start_s, g.duration_s, g.north_m_s, g.east_m_s, g.down_m_s) for g in air.gusts],
-            thermals=[Thermal(*map(radians, t.center_deg), t.radius_m, t.strength_m_s) for t in air.thermals],
-            thermal_field=field and ThermalField(field.spacing_m**-2, field.radius_m, field.strength_m_s),
+            thermals=[_thermal(each) for each in air.thermals],
+            thermal_field=(
+                None if field is None else ThermalField(field.spacing_m**-2, field.radius_m, field.strength_m_s)
+            ),
             thermals_drift=air.thermals_drift,
         )
+
+
+def _thermal(thermal: ThermalSection) -> Thermal:
+    lat, lon = thermal.center_deg
+    return Thermal(radians(lat), radians(lon), thermal.radius_m, thermal.strength_m_s)
 
 
 def _slow(slow: SlowWind) -> GaussMarkov | Mesoscale:
