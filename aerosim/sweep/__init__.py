@@ -1,0 +1,1 @@
+"""Sweeps: many runs of one scenario, some values varied, the same seeds for all; resumable."""

@@ -1,0 +1,174 @@
+"""One run of a sweep: what it is, flying it, and the small file that it leaves."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import time
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+from aerosim.errors import InputError, RunFailure
+
+# numerical libraries of a worker process: one thread each, since there is a process for each core
+ONE_THREAD = dict.fromkeys(
+    (
+        "OMP_NUM_THREADS",
+        "OPENBLAS_NUM_THREADS",
+        "MKL_NUM_THREADS",
+        "VECLIB_MAXIMUM_THREADS",
+        "NUMBA_NUM_THREADS",
+        "ARROW_NUM_THREADS",
+        "GDAL_NUM_THREADS",
+    ),
+    "1",
+)
+
+
+@dataclass(frozen=True)
+class Task:
+    """One run to be flown, as it travels to a worker.
+
+    id: of the run, from all that decides its outcome.  scenario: of the point, every default filled in, as JSON
+    (one text for all seeds of a point).  parameters: the varied values by dotted key.  out: the sweep directory.
+    keep: records or summaries.  cache: folder of flown trajectories, "" for none.
+    """
+
+    id: str
+    point: int
+    seed: int
+    scenario: str
+    parameters: Mapping[str, Any]
+    out: str
+    keep: str = "summaries"
+    cache: str = ""
+
+
+@dataclass(frozen=True)
+class Result:
+    """What became of one run.
+
+    status: done or failed; reason: why, if failed.  summary: of the run, by dotted path; empty if failed, since
+    figures of a part of a flight are no figures of the flight.  wall_s: the run's time, s.
+    """
+
+    id: str
+    point: int
+    seed: int
+    status: str
+    reason: str
+    parameters: Mapping[str, Any]
+    summary: Mapping[str, Any] = field(default_factory=dict)
+    wall_s: float = 0.0
+
+
+def run_id(scenario: str, parameters: Mapping[str, Any], seed: int) -> str:
+    """Name of a run: a digest of the point's scenario (JSON), its varied values, the seed and aerosim's version.
+
+    The values are part of it although the scenario holds them: two that come to the same scenario are two points.
+    """
+    text = json.dumps([metadata.version("aerosim-survey"), scenario, dict(parameters), seed], default=str)
+    return hashlib.sha256(text.encode()).hexdigest()[:24]
+
+
+def run_one(task: Task) -> Result:
+    """Fly one run in this process; its result is in ``OUT/runs/<id>.json`` and returned.
+
+    Whatever goes wrong in the run is a result with status failed and the reason.  A result that cannot be written
+    here (no room, another machine's disk) is returned all the same: the driver writes it, or stops the sweep.
+    Raises KeyboardInterrupt, with nothing written.
+    """
+    started = time.perf_counter()
+    try:
+        summary, status, reason = _flown(task)
+    except (InputError, RunFailure) as error:
+        summary, status, reason = {}, "failed", str(error)
+    except Exception as error:  # a fault of the program must not lose the other runs
+        summary, status, reason = {}, "failed", f"internal error: {type(error).__name__}: {error}"
+    result = Result(
+        task.id,
+        task.point,
+        task.seed,
+        status,
+        " ".join(reason.split()),
+        dict(task.parameters),
+        flat(summary) if status == "done" else {},
+        time.perf_counter() - started,
+    )
+    try:
+        write_result(Path(task.out), result)
+    except OSError:
+        return result
+    return result
+
+
+def _flown(task: Task) -> tuple[dict[str, Any], str, str]:
+    """Summary, status and reason of a flight."""
+    from aerosim.scenario import from_mapping
+    from aerosim.simulate import run, simulate
+
+    data = json.loads(task.scenario)
+    data["seed"] = task.seed
+    if task.keep == "records":
+        kept = run(from_mapping(data), Path(task.out) / "records" / task.id, overwrite=True)
+        return kept.summary, kept.status, ""
+    data["record"] |= {"rrd": False, "report": False}  # nobody would see them
+    record = simulate(from_mapping(data))
+    if record.status == "interrupted":
+        raise KeyboardInterrupt
+    return record.summary, record.status, record.reason
+
+
+def flat(summary: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Figures of a summary by dotted path; without what a row has anyway (status, seed) and the notes."""
+    out: dict[str, Any] = {}
+    for name, value in summary.items():
+        if not prefix and name in ("status", "seed", "notes"):
+            continue
+        if isinstance(value, Mapping):
+            out |= flat(value, f"{prefix}{name}.")
+        elif value is None or isinstance(value, (bool, int, float, str)):
+            out[f"{prefix}{name}"] = value
+        else:
+            out[f"{prefix}{name}"] = json.dumps(value)
+    return out
+
+
+def result_file(out: Path, name: str) -> Path:
+    """File of a run's result."""
+    return out / "runs" / f"{name}.json"
+
+
+def write_result(out: Path, result: Result) -> None:
+    """Write a run's file so that it is there whole or not at all, whatever is killed.  Raises OSError."""
+    from aerosim.record import plain
+
+    write_whole(result_file(out, result.id), json.dumps(plain(asdict(result)), allow_nan=False) + "\n")
+
+
+def write_whole(file: Path, text: str) -> None:
+    """Write a text file under another name, to the disk, then rename it into place.  Raises OSError."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    part = file.with_name(f".{file.name}.part-{os.getpid()}")
+    try:
+        with part.open("w", encoding="utf-8") as stream:
+            stream.write(text)
+            stream.flush()
+            os.fsync(stream.fileno())
+        part.replace(file)
+    except OSError:
+        part.unlink(missing_ok=True)
+        raise
+
+
+def read_result(file: Path) -> Result | None:
+    """Result of a run, None if there is none or its file is damaged: then it is flown anew."""
+    try:
+        found = json.loads(file.read_text(encoding="utf-8"))
+        return Result(**found)
+    except (OSError, ValueError, TypeError):
+        return None
