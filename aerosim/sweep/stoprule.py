@@ -122,11 +122,13 @@ def half_widths(series: Array, level: float, early: float = 0.0) -> tuple[Array,
     """
     from scipy.stats import t
 
+    if not series.size:
+        return np.empty(series.shape), np.empty(series.shape, np.int64)
     there = np.isfinite(series)
     counts = there.cumsum(axis=1)
-    filled = np.where(there, series, 0.0)
-    # about each series' own mean: sums of squares of large numbers would lose the spread
-    centre = filled.sum(axis=1, keepdims=True) / np.maximum(there.sum(axis=1, keepdims=True), 1)
+    # about each series' first value: sums of squares of large numbers would lose the spread, and about a mean
+    # of all the result of the first seeds would change with later ones
+    centre = series[np.arange(len(series)), there.argmax(axis=1)][:, None]
     off = np.where(there, series - centre, 0.0)
     freedom = np.maximum(counts - 1, 1)
     squares = np.maximum((off**2).cumsum(axis=1) - off.cumsum(axis=1) ** 2 / np.maximum(counts, 1), 0.0)
