@@ -7,6 +7,7 @@ import json
 import os
 import time
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from importlib import metadata
 from pathlib import Path
@@ -78,9 +79,19 @@ def run_id(scenario: str, parameters: Mapping[str, Any], seed: int) -> str:
 def run_one(task: Task) -> Result:
     """Fly one run in this process; its result is in ``OUT/runs/<id>.json`` and returned.
 
-    Whatever goes wrong in the run is a result with status failed and the reason.  A result that cannot be written
-    here (no room, another machine's disk) is returned all the same: the driver writes it, or stops the sweep.
-    Raises KeyboardInterrupt, with nothing written.
+    A result that cannot be written here (no room) is returned all the same: the driver writes it, or stops the
+    sweep.  Raises KeyboardInterrupt, with nothing written.
+    """
+    result = fly(task)
+    with suppress(OSError):
+        write_result(Path(task.out), result)
+    return result
+
+
+def fly(task: Task) -> Result:
+    """Fly one run in this process, without its file (another machine does not see the sweep directory).
+
+    Whatever goes wrong in the run is a result with status failed and the reason.  Raises KeyboardInterrupt.
     """
     started = time.perf_counter()
     try:
@@ -89,7 +100,7 @@ def run_one(task: Task) -> Result:
         summary, status, reason = {}, "failed", str(error)
     except Exception as error:  # a fault of the program must not lose the other runs
         summary, status, reason = {}, "failed", f"internal error: {type(error).__name__}: {error}"
-    result = Result(
+    return Result(
         task.id,
         task.point,
         task.seed,
@@ -99,11 +110,6 @@ def run_one(task: Task) -> Result:
         flat(summary) if status == "done" else {},
         time.perf_counter() - started,
     )
-    try:
-        write_result(Path(task.out), result)
-    except OSError:
-        return result
-    return result
 
 
 def _flown(task: Task) -> tuple[dict[str, Any], str, str]:
