@@ -102,7 +102,7 @@ def test_true_coverage(width: float) -> None:
 def test_a_skewed_metric_is_covered_too() -> None:
     """The rms of 10 normal values is skewed as an rms of a flight is; mean and deviation of the chi law by scipy.
 
-    2,000 cases have a deviation of 0.5 %; skewness takes a little of the coverage (93.9 % of 20,000 cases).
+    2,000 cases have a deviation of 0.5 %.  Of 20,000 cases 94.9 % are covered; of a gamma law of skewness 1, 93.0 %.
     """
     law = reference.chi(10)
 
@@ -110,7 +110,7 @@ def test_a_skewed_metric_is_covered_too() -> None:
         return (np.sqrt((rng.standard_normal((count, 10)) ** 2).sum(axis=1)) - law.mean()) / law.std()
 
     _, found = simulated(0.3, 2000, 6, draw)
-    assert (abs(found) <= 0.3).mean() == pytest.approx(0.945, abs=0.02)
+    assert (abs(found) <= 0.3).mean() == pytest.approx(0.95, abs=0.02)
 
 
 def test_it_stops_where_the_formula_says() -> None:
