@@ -34,6 +34,11 @@ def identity(value: Any) -> Hashable:
     return json.dumps(value, sort_keys=True, default=str) if isinstance(value, (dict, list)) else value
 
 
+def is_value(found: Any, value: Any) -> bool:
+    """Whether a value found in the table is the one asked for; lists and mappings stand there as JSON text."""
+    return bool(found == value or (isinstance(found, str) and found == json.dumps(value)))
+
+
 def known(table: Any, name: str, what: str) -> None:
     """Raise InputError with the nearest name if the table has no such column.  what: metric or key."""
     if name not in table.column_names:

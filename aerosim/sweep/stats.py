@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from aerosim.errors import InputError
 from aerosim.frames import Array
-from aerosim.sweep.matrix import Matrix, identity, known, matrix
+from aerosim.sweep.matrix import Matrix, identity, is_value, known, matrix
 from aerosim.sweep.stoprule import LEVEL, StopRule
 
 __all__ = ["LEVEL", "Difference", "Effect", "Mean", "StopRule", "effects", "means", "paired"]
@@ -108,7 +108,8 @@ def paired(
     others = [name for name in keys if name != key]
     by = others if by is None else by
     at_a, at_b = (
-        {_named(p, others): row for row, p in enumerate(runs.points) if p[key] == value} for value in (a, b)
+        {_named(p, others): row for row, p in enumerate(runs.points) if is_value(p[key], value)}
+        for value in (a, b)
     )
     common = [row for other, row in at_a.items() if other in at_b]
     if a == b or not common:
