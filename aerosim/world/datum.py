@@ -71,11 +71,13 @@ def resolve(spec: str | float, elevation: RasterFile) -> VerticalDatum:
     spec: "file", "ellipsoidal", "egm96", "egm2008", or a constant undulation in m.
     Raises InputError: the file does not say, it says something else, or PROJ has no grid of that geoid here.
     """
+    said = elevation.vertical
     if not isinstance(spec, str):
         if not -120.0 <= spec <= 120.0:
             raise InputError(f"an undulation of {spec} m is impossible", key=KEY, allowed="-120 to 120 m")
+        if spec != 0.0:
+            _refuse_ellipsoidal(said, elevation)
         return VerticalDatum(f"constant undulation {spec:g} m", constant=float(spec))
-    said = elevation.vertical
     if spec == "file":
         return _of_file(said, elevation)
     if spec == "ellipsoidal":
@@ -84,9 +86,16 @@ def resolve(spec: str | float, elevation: RasterFile) -> VerticalDatum:
         return VerticalDatum("ellipsoidal", constant=0.0)
     if spec not in GEOIDS:
         raise InputError(f"unknown vertical datum {spec!r}", key=KEY, allowed=ALLOWED)
-    if isinstance(said, str):
-        raise InputError(f"{elevation.path} says that its heights are ellipsoidal", key=KEY, allowed=ALLOWED)
+    _refuse_ellipsoidal(said, elevation)
     return geoid(GEOIDS[spec])
+
+
+def _refuse_ellipsoidal(said: str | CRS | None, elevation: RasterFile) -> None:
+    """Raise InputError for heights that a geoid would lift once more."""
+    if isinstance(said, str):
+        raise InputError(
+            f"{elevation.path} says that its heights are ellipsoidal", key=KEY, allowed="file or ellipsoidal"
+        )
 
 
 def _of_file(said: str | CRS | None, elevation: RasterFile) -> VerticalDatum:

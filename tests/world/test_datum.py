@@ -116,8 +116,10 @@ class TestResolve:
         file = elevation(tmp_path / "e.tif", "EPSG:32616", {"VERTICAL_DATUM": "ellipsoidal"})
         assert datum.resolve("file", file).undulation(0.6, -1.4) == 0.0
         assert datum.resolve("ellipsoidal", file).undulation(0.6, -1.4) == 0.0
-        with pytest.raises(InputError, match="says that its heights are ellipsoidal"):
-            datum.resolve("egm96", file)
+        assert datum.resolve(0.0, file).constant == 0.0
+        for spec in ("egm96", 40.0, -31.5):
+            with pytest.raises(InputError, match="says that its heights are ellipsoidal"):
+                datum.resolve(spec, file)
 
     def test_file_says_ellipsoidal_by_three_dimensions(self, tmp_path):
         crs = pyproj.CRS("EPSG:32616").to_3d().to_wkt()
