@@ -76,7 +76,9 @@ def _varied(view: SweepView) -> str:
         f'<p class="note">{how} The same {view.seeds} seeds at every point: the points differ by what is varied '
         "and fly in the same air, so that differences are paired.</p>"
     )
-    return f"<h2>What was varied</h2>{note}" + _table((("Key", False), ("", False), ("Values", False)), rows)
+    return f"<h2>What was varied</h2>{note}" + _table(
+        (("Key", False), ("In words", False), ("Values", False)), rows
+    )
 
 
 def _failures(view: SweepView) -> str:
@@ -156,7 +158,9 @@ def _metric(view: SweepView, metric: MetricView) -> Iterator[str]:
     if all(m.mean != m.mean for m in metric.means):
         yield '<p class="note">No run has a value of this.</p>'
         return
-    rest = f" Averaged over {', '.join(word(key) for key in view.axes.rest)}." if view.axes.rest else ""
+    rest = (
+        f" Averaged over {', '.join(word(key) for key in view.axes.rest)}." if view.axes.rest and view.grid else ""
+    )
     caption = f"Means over the seeds with {percent} confidence limits.{rest} Crosses: seeds that failed there."
     draw: Callable[[], str] = (
         (lambda: plots.over_parameter(metric, view.varied, view.axes))

@@ -16,6 +16,7 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#0
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 DASHES: tuple[Any, ...] = ("-", (0, (6, 2)), (0, (2, 1.5)), (0, (6, 2, 1.5, 2)), "-", (0, (6, 2)), (0, (2, 1.5)))
 PANELS_MOST = 4
+CROSS_ROOM = 0.06  # of the axes' height, for the crosses of one curve
 
 
 def places_of(values: Sequence[Any]) -> tuple[dict[Any, float], bool]:
@@ -56,7 +57,7 @@ def draw_curve(
 
 def _cross(ax: Any, place: float, colour: str, failed: int, number: int) -> None:
     """A cross at the foot of the axes, with the number of seeds that failed there; curves one over another."""
-    height = 0.035 + 0.06 * number
+    height = (number + 0.5) * CROSS_ROOM
     ax.plot(
         [place], [height], "x", ms=7, mew=2.0, color=colour, transform=ax.get_xaxis_transform(), clip_on=False,
         zorder=6,
@@ -65,6 +66,14 @@ def _cross(ax: Any, place: float, colour: str, failed: int, number: int) -> None
         f"{failed} failed", (place, height), xycoords=ax.get_xaxis_transform(), xytext=(6, 0),
         textcoords="offset points", va="center", fontsize=8, color=BAD, zorder=6, annotation_clip=False,
     )  # fmt: skip
+
+
+def _room(axes: Sequence[Any], known: Sequence[Known], curves: int) -> None:
+    """Room for the crosses below the curves, where runs failed; the panels share their range."""
+    if any(k.failed for k in known):
+        low, high = axes[0].get_ylim()
+        below = CROSS_ROOM * curves
+        axes[0].set_ylim(low - (high - low) * below / (1.0 - below), high)
 
 
 def _curves(ax: Any, known: Sequence[Known], varied: Mapping[str, Sequence[Any]], axes: Axes) -> None:
@@ -90,7 +99,7 @@ def _curves(ax: Any, known: Sequence[Known], varied: Mapping[str, Sequence[Any]]
 
 
 def _panels(figure_class: Any, count: int, height: float = 3.6) -> tuple[Any, list[Any]]:
-    figure = figure_class(figsize=(9.6 if count > 1 else 7.6, height), layout="constrained")
+    figure = figure_class(figsize=(9.6, height), layout="constrained")
     return figure, list(figure.subplots(1, count, sharey=True, squeeze=False)[0])
 
 
@@ -112,6 +121,7 @@ def over_parameter(metric: MetricView, varied: Mapping[str, Sequence[Any]], axes
             _curves(ax, mine, varied, axes)
             if axes.panel:
                 ax.set_title(f"{word(axes.panel)} {told(axes.panel, panel)}", fontsize=10)
+        _room(places, metric.drawn, max(len(varied.get(axes.curve, ())), 1))
         places[0].set_ylabel(_name(metric))
         _legend(figure, max(places, key=lambda ax: len(ax.get_legend_handles_labels()[1])), axes.curve)
         return to_svg(figure)
@@ -130,6 +140,7 @@ def cloud(metric: MetricView, varied: Mapping[str, Sequence[Any]]) -> str:
                 x = np.array([float(k.values[key]) for k in mine])
                 draw_curve(ax, x, mine, told(other, curve) if other else "", number, joined=False)
             ax.set_xlabel(axis(key))
+        _room(places, metric.means, len(curves))
         places[0].set_ylabel(_name(metric))
         _legend(figure, places[0], other)
         return to_svg(figure)
@@ -150,11 +161,13 @@ def differences(metric: MetricView, varied: Mapping[str, Sequence[Any]], axes: A
                 draw_curve(ax, x, mine, label, number, joined=bool(numeric) and len(x) > 1)
             if not numeric:
                 ax.set_xticks([])
+                ax.set_xlim(-0.5, len(metric.pairs) - 0.5)
             elif len(varied[axes.x]) <= 8:
                 ax.set_xticks([float(value) for value in varied[axes.x]])
             ax.set_xlabel(axis(axes.x) if numeric else "")
             if panel is not None:
                 ax.set_title(f"{word(axes.panel)} {told(axes.panel, panel)}", fontsize=10)
+        _room(places, [d for pair in metric.pairs for d in pair.differences], len(metric.pairs))
         places[0].set_ylabel(f"difference of {_name(metric)}")
         _legend(figure, places[0], compared)
         return to_svg(figure)

@@ -156,9 +156,9 @@ def axis(key: str) -> str:
 
 
 def told(key: str, value: Any) -> str:
-    """A value of a key as a reader would write it: ``10 m/s``; with the key's word where it has no unit."""
+    """A value with the unit of its key: ``10 m/s``; four digits of a number that was drawn by lot."""
     if isinstance(value, float):
-        value = f"{value:.6g}"
+        value = f"{value:.6g}" if f"{value:.6g}" == repr(value) or value.is_integer() else f"{value:.4g}"
     unit = unit_of(key)
     return f"{value} {unit}" if unit else f"{value}"
 

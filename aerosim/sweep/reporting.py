@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from aerosim.errors import InputError
 from aerosim.sweep.matrix import identity
-from aerosim.sweep.stats import LEVEL, effects, means, paired
+from aerosim.sweep.stats import LEVEL, Effect, effects, means, paired
 from aerosim.sweep.table import metrics_of, parameters_of, read_table
 
 if TYPE_CHECKING:
@@ -110,18 +110,36 @@ def _metric(
 
     keys = list(varied)
     shown = [key for key in (axes.x, axes.curve, axes.panel) if key]
-    notes: list[str] = []
-    found = []
-    try:
-        found = effects(table, name, keys)
-    except InputError as error:
-        notes.append(f"Main effects: {error.problem}.")
-    if found and not found[0].seeds:
-        notes.append("Main effects are not known: no seed was flown to the end at all points.")
+    found, notes = _effects(table, name, varied)
     pairs = _pairs(table, name, varied, compared, shown) if grid and compared else []
     at = means(table, name, keys)
     drawn = at if not axes.rest else means(table, name, shown)
     return MetricView(figure_of(name), at, drawn, pairs, found, notes)
+
+
+def _effects(table: pa.Table, name: str, varied: Mapping[str, Sequence[Any]]) -> tuple[list[Effect], list[str]]:
+    """Main effects, and what has to be said of them."""
+    import pyarrow.compute as pc
+
+    from aerosim.report.sweep_view import told, word
+
+    notes, rows = [], table
+    for key in varied:
+        # a camera that estimates nothing has no error of an estimate: its mode is left out, and that is said
+        known = rows.filter(pc.is_valid(rows[name]))
+        empty = [value for value in rows[key].unique().to_pylist() if value not in known[key].unique().to_pylist()]
+        if known.num_rows and empty:
+            rows = rows.filter(pc.is_in(rows[key], known[key].unique()))
+            notes.append(
+                f"Main effects without {word(key)} {', '.join(told(key, v) for v in empty)}: no value there."
+            )
+    try:
+        found = effects(rows, name, list(varied))
+    except InputError as error:
+        return [], [*notes, f"Main effects: {error.problem}."]
+    if found and not found[0].seeds:
+        notes = ["Main effects are not known: no seed has a value at all points."]
+    return found, notes
 
 
 def _plain(table: pa.Table, name: str, keys: Sequence[str]) -> MetricView:
