@@ -39,8 +39,21 @@ if TYPE_CHECKING:
     from aerosim.record import Record, Run, open_run
     from aerosim.scenario import Scenario, load_scenario
     from aerosim.simulate import run, simulate
+    from aerosim.sweep import sweep
+    from aerosim.sweep.results import Sweep, open_sweep
 
-__all__ = ["Record", "Run", "Scenario", "load_scenario", "open_run", "run", "simulate"]
+__all__ = [
+    "Record",
+    "Run",
+    "Scenario",
+    "Sweep",
+    "load_scenario",
+    "open_run",
+    "open_sweep",
+    "run",
+    "simulate",
+    "sweep",
+]
 
 _HOME = {
     "Record": "aerosim.record",
@@ -50,6 +63,9 @@ _HOME = {
     "load_scenario": "aerosim.scenario",
     "run": "aerosim.simulate",
     "simulate": "aerosim.simulate",
+    "sweep": "aerosim.sweep",
+    "Sweep": "aerosim.sweep.results",
+    "open_sweep": "aerosim.sweep.results",
 }
 
 

@@ -6,13 +6,15 @@ Exit codes: 0 done and `expect` met, 1 done but not met, 2 wrong input, 3 the ru
 from __future__ import annotations
 
 import os
+import signal
 import sys
+import threading
 from collections.abc import Sequence
 from typing import Annotated
 
 import typer
 
-from aerosim.cli import flights, look, plan, scenarios, terrain
+from aerosim.cli import flights, look, plan, scenarios, sweep, terrain
 from aerosim.cli.console import settings
 from aerosim.errors import InputError, RunFailure
 
@@ -36,6 +38,7 @@ app = typer.Typer(
 app.command()(flights.run)
 app.command()(plan.check)
 app.command()(plan.plan)
+app.command()(sweep.sweep)
 app.command("list")(scenarios.list_shipped)
 app.command()(scenarios.new)
 app.command()(scenarios.schema)
@@ -99,9 +102,15 @@ def _outcome(error: BaseException) -> int:
     return FAILED
 
 
+def _stop(*_: object) -> None:
+    raise KeyboardInterrupt
+
+
 def call(args: Sequence[str] | None = None) -> int:
     """Run one command.  args: without the program's name, by default the process's.  Returns the exit code."""
     settings.reset()
+    if threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGTERM, _stop)  # a job scheduler's word for Ctrl-C
     try:
         code = app(args if args is None else list(args), prog_name="aerosim", standalone_mode=False)
         sys.stdout.flush()

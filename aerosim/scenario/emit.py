@@ -75,6 +75,11 @@ def _lines(data: Mapping[str, Any], path: tuple[str, ...], comments: bool) -> It
             yield _comment(f"{name} {scalar(value)}", here, comments)
 
 
+def text_of(data: Mapping[str, Any]) -> str:
+    """YAML text of plain values: mappings in block style, lists of plain values on one line."""
+    return "\n".join(_lines(data, (), False)) + "\n"
+
+
 def to_yaml(scenario: Scenario, *, comments: bool = False) -> str:
     """YAML text of a scenario, every default filled in; loading it gives an equal scenario."""
     data = scenario.model_dump(by_alias=True)

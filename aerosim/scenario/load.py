@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -125,6 +125,11 @@ def _absolute(value: Any, key: str, base: Path) -> Any:
     return value
 
 
+def absolute(value: Any, key: str, base: Path) -> Any:
+    """A value of a dotted key, plain, with the paths of files in it made absolute from the folder `base`."""
+    return _absolute(_plain(value), key, base)
+
+
 def _validated(data: dict[str, Any], places: Places) -> Scenario:
     """Checked scenario; of several errors the one in the lowest line is raised."""
     try:
@@ -162,13 +167,28 @@ def load_scenario(source: str | Path, overrides: Mapping[str, object] | None = N
     return load(source, [Override(key, value) for key, value in (overrides or {}).items()])
 
 
+def given(scenario: Scenario) -> dict[str, Any]:
+    """What was written of a scenario, before any default, with the paths of files made absolute."""
+    data = dict(scenario._given)
+    if not data or Scenario.model_validate(data) != scenario:  # made or changed in Python
+        data = _plain(scenario.model_dump(by_alias=True, exclude_unset=True))
+    return data
+
+
+def variants(scenario: Scenario, each: Iterable[Sequence[Override]]) -> Iterator[Scenario]:
+    """Other scenarios, one for each set of values to replace, checked anew.
+
+    Defaults that follow from control.mode follow the new mode.  Raises InputError.
+    """
+    data = given(scenario)
+    for overrides in each:
+        places = Places(scenario._places.file, dict(scenario._places.lines), dict(scenario._places.options))
+        yield _validated(_overridden(dict(data), overrides, places), places)
+
+
 def with_overrides(scenario: Scenario, overrides: Mapping[str, object]) -> Scenario:
     """Another scenario with some values replaced, by dotted key, checked anew.
 
     Defaults that follow from control.mode follow the new mode.  Raises InputError.
     """
-    places = Places(scenario._places.file, dict(scenario._places.lines), dict(scenario._places.options))
-    data = dict(scenario._given)
-    if not data or Scenario.model_validate(data) != scenario:  # made or changed in Python
-        data = _plain(scenario.model_dump(by_alias=True, exclude_unset=True))
-    return _validated(_overridden(data, [Override(*item) for item in overrides.items()], places), places)
+    return next(variants(scenario, [[Override(*item) for item in overrides.items()]]))

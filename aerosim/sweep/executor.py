@@ -30,9 +30,11 @@ _START = (
 
 
 class Executor(Protocol):
-    """Flies tasks somewhere.  workers: how many runs are flown at the same time."""
+    """Flies tasks somewhere."""
 
-    workers: int
+    @property
+    def workers(self) -> int:
+        """How many runs are flown at the same time."""
 
     def run(self, tasks: Iterator[Task]) -> Generator[Result, None, None]:
         """Results in the order in which they end.

@@ -70,7 +70,7 @@ def parameters_of(table: pa.Table) -> list[str]:
 
 def metrics_of(table: pa.Table) -> list[str]:
     """Names of the columns that hold numbers of the runs' summaries, in their order."""
-    import pyarrow.types as types
+    from pyarrow import types
 
     return [
         name

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 import time
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field
+from functools import cache
 from importlib import metadata
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from aerosim.errors import InputError, RunFailure
+
+if TYPE_CHECKING:
+    from aerosim.scenario import Scenario
 
 # numerical libraries of a worker process: one thread each, since there is a process for each core
 ONE_THREAD = dict.fromkeys(
@@ -34,9 +37,9 @@ ONE_THREAD = dict.fromkeys(
 class Task:
     """One run to be flown, as it travels to a worker.
 
-    id: of the run, from all that decides its outcome.  scenario: of the point, every default filled in, as JSON
-    (one text for all seeds of a point).  parameters: the varied values by dotted key.  out: the sweep directory.
-    keep: records or summaries.  cache: folder of flown trajectories, "" for none.
+    id: of the run, from all that decides its outcome.  scenario: what all points have in common, as written, as
+    JSON (one text for all tasks), with absolute paths.  parameters: the values that replace some of it, by dotted
+    key.  out: the sweep directory.  keep: records or summaries.  cache: folder of flown trajectories, "" for none.
     """
 
     id: str
@@ -67,13 +70,10 @@ class Result:
     wall_s: float = 0.0
 
 
-def run_id(scenario: str, parameters: Mapping[str, Any], seed: int) -> str:
-    """Name of a run: a digest of the point's scenario (JSON), its varied values, the seed and aerosim's version.
-
-    The values are part of it although the scenario holds them: two that come to the same scenario are two points.
-    """
-    text = json.dumps([metadata.version("aerosim-survey"), scenario, dict(parameters), seed], default=str)
-    return hashlib.sha256(text.encode()).hexdigest()[:24]
+@cache
+def version() -> str:
+    """Version of aerosim."""
+    return metadata.version("aerosim-survey")
 
 
 def run_one(task: Task) -> Result:
@@ -112,18 +112,25 @@ def fly(task: Task) -> Result:
     )
 
 
+def scenario_of(task: Task) -> Scenario:
+    """The scenario that a task flies.  Raises InputError."""
+    from aerosim.scenario import from_mapping, with_overrides
+
+    changes: dict[str, Any] = {**task.parameters, "seed": task.seed}
+    if task.keep != "records":  # nobody would see them
+        changes |= {"record.rrd": False, "record.report": False}
+    return with_overrides(from_mapping(json.loads(task.scenario)), changes)
+
+
 def _flown(task: Task) -> tuple[dict[str, Any], str, str]:
     """Summary, status and reason of a flight."""
-    from aerosim.scenario import from_mapping
     from aerosim.simulate import run, simulate
 
-    data = json.loads(task.scenario)
-    data["seed"] = task.seed
+    scenario = scenario_of(task)
     if task.keep == "records":
-        kept = run(from_mapping(data), Path(task.out) / "records" / task.id, overwrite=True)
+        kept = run(scenario, Path(task.out) / "records" / task.id, overwrite=True)
         return kept.summary, kept.status, ""
-    data["record"] |= {"rrd": False, "report": False}  # nobody would see them
-    record = simulate(from_mapping(data))
+    record = simulate(scenario)
     if record.status == "interrupted":
         raise KeyboardInterrupt
     return record.summary, record.status, record.reason

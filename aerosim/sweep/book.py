@@ -1,0 +1,90 @@
+"""The results of a sweep while it goes on, and when it has runs enough."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from aerosim.sweep.spec import SweepSpec
+from aerosim.sweep.table import runs_table
+from aerosim.sweep.work import Result
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+REASONS = 20  # shown of why runs failed
+
+
+class Book:
+    """Results by run, and after which seed the sweep may stop.
+
+    stopped: number of seeds after which the rule for stopping held, None while it does not.  It depends on the
+    results of whole seeds in their order only: neither on how many fly at the same time nor on who is quicker.
+    """
+
+    def __init__(self, spec: SweepSpec) -> None:
+        self.spec = spec
+        self.results: dict[str, Result] = {}
+        self.stopped: int | None = None
+        self._of_seed: Counter[int] = Counter()
+        self._whole = 0  # seeds of which all points are flown, from the first on
+        self._values: list[list[float]] = []  # of the rule's metric, by whole seed, by point
+        self._waiting: dict[int, dict[int, float]] = {}
+
+    def add(self, result: Result) -> None:
+        """Take a result in.  Its paths are kept once for all results."""
+        named = {sys.intern(path): value for path, value in result.summary.items()}
+        self.results[result.id] = replace(result, summary=named)
+        self._of_seed[result.seed] += 1
+        if self.spec.stop_when is None or self.stopped is not None:
+            return
+        value = result.summary.get(self.spec.stop_when.metric)
+        number = float(value) if isinstance(value, (int, float)) else math.nan
+        self._waiting.setdefault(result.seed, {})[result.point] = number
+        while self.stopped is None and self._of_seed[self._whole + 1] == len(self.spec.points):
+            self._whole += 1
+            found = self._waiting.pop(self._whole)
+            self._values.append([found[point.number] for point in self.spec.points])
+            self._judge()
+
+    def _judge(self) -> None:
+        import numpy as np
+
+        assert self.spec.stop_when is not None
+        self.stopped = self.spec.stop_when.first(
+            np.array(self._values).T, [point.values for point in self.spec.points]
+        )
+
+    def counted(self) -> Iterator[Result]:
+        """Results that count: all, or those of the seeds up to which the sweep stopped."""
+        last = self.stopped or self.spec.seeds
+        return (result for result in self.results.values() if result.seed <= last)
+
+    @property
+    def wanted(self) -> int:
+        """Number of runs that the sweep needs, as far as is known."""
+        return len(self.spec.points) * (self.stopped or self.spec.seeds)
+
+    def table(self) -> pa.Table:
+        """Table of the results that count."""
+        return runs_table(self.counted(), list(self.spec.vary))
+
+    def figures(self) -> dict[str, Any]:
+        """How many runs are wanted, done and failed, and why they failed (most frequent reasons first)."""
+        counted = list(self.counted())
+        reasons = Counter(result.reason for result in counted if result.status != "done")
+        told = sorted(reasons.items(), key=lambda item: (-item[1], item[0]))[:REASONS]
+        failed = sum(reasons.values())
+        return {
+            "points": len(self.spec.points),
+            "seeds": self.stopped or self.spec.seeds,
+            "stopped_early": self.stopped is not None and self.stopped < self.spec.seeds,
+            "runs": self.wanted,
+            "done": len(counted) - failed,
+            "failed": failed,
+            "reasons": [{"reason": reason, "runs": count} for reason, count in told],
+        }

@@ -1,0 +1,197 @@
+"""The driver of a sweep: what is flown, what is kept, when it ends, and how it goes on after it was ended."""
+
+from __future__ import annotations
+
+import json
+import logging
+import time
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
+from pathlib import Path
+from typing import Any
+
+from aerosim.errors import InputError, Interrupted, RunFailure
+from aerosim.sweep import folder
+from aerosim.sweep.book import Book
+from aerosim.sweep.executor import Executor
+from aerosim.sweep.results import Sweep
+from aerosim.sweep.spec import SweepSpec
+from aerosim.sweep.table import write_table
+from aerosim.sweep.work import Result, Task, result_file, scenario_of, write_result, write_whole
+
+journal = logging.getLogger("aerosim")
+
+Progress = Callable[[float, float], None]
+TABLE_EVERY_S = 30.0  # at most so often the table is written while the sweep goes on,
+TABLE_SHARE = 0.01  # and at most this share of the time goes into it
+
+
+def drive(
+    spec: SweepSpec,
+    out: Path,
+    executor: Executor,
+    *,
+    resume: bool = False,
+    retry_failed: bool = False,
+    cache: Path | None = None,
+    progress: Progress | None = None,
+) -> Sweep:
+    """Fly what is missing of a sweep and write its tables and its report.
+
+    out: the sweep directory.  retry_failed: failed runs are flown again.  cache: folder of flown trajectories,
+    None for none.  progress: told (runs ended, runs to fly) of this call.
+    Raises InputError before anything is flown; Interrupted and RunFailure (their `path` is the directory) with a
+    directory that resumes.  Runs that fail do not raise: they are rows of the table.
+    """
+    out = Path(out).absolute()
+    _check_rule(spec)
+    _check_first(spec)
+    with folder.opened(out, spec, resume) as found, _log_in(out / folder.LOG):
+        journal.info("%d points with %d seeds, %d runs", len(spec.points), spec.seeds, spec.size)
+        course = _Course(spec, out, progress)
+        if found:
+            course.recall(retry_failed)
+        status, end = course.fly(executor, str(cache) if cache is not None else "")
+        course.finish(status, executor.workers)
+    if end is not None:
+        raise end
+    return Sweep(out)
+
+
+def _check_rule(spec: SweepSpec) -> None:
+    """Raise InputError for a rule for stopping that cannot hold."""
+    rule = spec.stop_when
+    if rule is None:
+        return
+    import numpy as np
+
+    from aerosim.scenario.expect import SUMMARY_PATHS
+    from aerosim.sweep.stoprule import LEAST
+
+    if rule.metric not in SUMMARY_PATHS:
+        from difflib import get_close_matches
+
+        near = get_close_matches(rule.metric, SUMMARY_PATHS, 1, 0.4)
+        hint = f"did you mean {near[0]}?" if near else "a number of summary.json, as crab.residual_rms_deg"
+        raise InputError(f"{rule.metric} is no number of summary.json", key="--stop-when", allowed=hint)
+    if spec.seeds < LEAST:
+        problem = f"{spec.seeds} seeds are too few for a rule for stopping"
+        raise spec.placed(InputError(problem, key="seeds", allowed=f"at least {LEAST}"))
+    rule.series(np.zeros((len(spec.points), 1)), [point.values for point in spec.points])
+
+
+def _check_first(spec: SweepSpec) -> None:
+    """Raise InputError if the first point cannot be built: its terrain, aircraft or lines are wrong."""
+    from aerosim.scenario.build import build
+
+    scenario = scenario_of(next(spec.tasks(Path())))
+    try:
+        build(scenario)
+    except InputError as error:
+        raise spec.placed(spec.scenario.place(error) if error.key not in spec.places else error) from error
+
+
+@contextmanager
+def _log_in(file: Path) -> Iterator[None]:
+    """Messages of the package go into a file too."""
+    handler = logging.FileHandler(file, encoding="utf-8")
+    handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
+    journal.addHandler(handler)
+    journal.setLevel(min(journal.level or logging.INFO, logging.INFO))
+    try:
+        yield
+    finally:
+        journal.removeHandler(handler)
+        handler.close()
+
+
+class _Course:
+    """A sweep under way."""
+
+    def __init__(self, spec: SweepSpec, out: Path, progress: Progress | None) -> None:
+        self.spec, self.out, self.progress = spec, out, progress
+        self.book = Book(spec)
+        self.started = time.monotonic()
+        self.flown, self.to_fly = 0, spec.size
+        self._again: set[str] = set()  # failed runs that are flown anew: their old files are there
+        self._table_at, self._table_cost = self.started, 0.0
+
+    def recall(self, retry_failed: bool) -> None:
+        """Take in what an earlier process left."""
+        wanted = {name for point in self.spec.points for name in self.spec.run_ids(point)}
+        for result in folder.results(self.out, wanted):
+            if result.status == "done" or not retry_failed:
+                self.book.add(result)
+            else:
+                self._again.add(result.id)
+        self.to_fly = self.book.wanted - sum(1 for _ in self.book.counted())
+        journal.info("resumed: %d runs are there", len(self.book.results))
+
+    def missing(self, cache: str) -> Iterator[Task]:
+        """Tasks that are to be flown, until the rule for stopping holds."""
+        for task in self.spec.tasks(self.out, cache):
+            if self.book.stopped is not None:
+                return
+            if task.id not in self.book.results:
+                yield task
+
+    def fly(self, executor: Executor, cache: str) -> tuple[str, BaseException | None]:
+        """Fly what is missing.  Returns the status and the exception that ends the call."""
+        try:
+            self._tell()
+            with closing(executor.run(self.missing(cache))) as ending:
+                for result in ending:
+                    self._keep(result)
+                    if self.book.stopped is not None:
+                        journal.info("stopped after %d seeds: %s", self.book.stopped, self.spec.stop_when)
+                        break
+        except KeyboardInterrupt:
+            return "interrupted", self._end(Interrupted("interrupted by the user"))
+        except OSError as error:
+            text = f"{self.out} cannot be written: {error.strerror or error}; --resume goes on"
+            return "failed", self._end(RunFailure(text))
+        except RunFailure as error:
+            return "failed", self._end(error)
+        return "done", None
+
+    def _end(self, error: RunFailure | Interrupted) -> RunFailure | Interrupted:
+        journal.info("%s", error)
+        error.path = self.out
+        return error
+
+    def _keep(self, result: Result) -> None:
+        """A result that ended: its file is there or is written now."""
+        if result.id in self._again or not result_file(self.out, result.id).is_file():
+            write_result(self.out, result)
+        if result.status != "done":
+            journal.info("point %d, seed %d failed: %s", result.point, result.seed, result.reason)
+        self.book.add(result)
+        self.flown += 1
+        self._tell()
+        now = time.monotonic()
+        if now - self._table_at > max(TABLE_EVERY_S, self._table_cost / TABLE_SHARE):
+            write_table(self.out / folder.TABLE, self.book.table())
+            self._table_at, self._table_cost = time.monotonic(), time.monotonic() - now
+
+    def _tell(self) -> None:
+        if self.progress is not None:
+            self.progress(self.flown, max(self.to_fly, self.flown))
+
+    def finish(self, status: str, workers: int) -> None:
+        """Write the table, the summary and the report.  Raises RunFailure if they cannot be written."""
+        figures: dict[str, Any] = {
+            "status": status,
+            **self.book.figures(),
+            "flown_now": self.flown,
+            "workers": workers,
+            "wall_s": time.monotonic() - self.started,
+        }
+        try:
+            write_table(self.out / folder.TABLE, self.book.table())
+            write_whole(self.out / folder.SUMMARY, json.dumps(figures, indent=1) + "\n")
+        except OSError as error:
+            text = f"{self.out} cannot be written: {error.strerror or error}; --resume goes on"
+            raise self._end(RunFailure(text)) from error
+        journal.info(
+            "%s: %d of %d runs done, %d failed", status, figures["done"], figures["runs"], figures["failed"]
+        )

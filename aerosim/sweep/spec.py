@@ -1,0 +1,190 @@
+"""What a sweep is: a scenario, what is varied, how often; its points and its tasks."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from aerosim.errors import InputError
+from aerosim.scenario import Override, Scenario, absolute, given, variants
+from aerosim.sweep.stoprule import StopRule
+from aerosim.sweep.vary import SAMPLINGS, Range, Varied, combined
+from aerosim.sweep.work import Task, version
+
+RUNS_MAX = 1_000_000
+KEEPS = ("summaries", "records")
+OPTION = "--"  # place of a setting that is given as the option of the same name
+NOT_VARIED = {
+    "seed": "seeds, which are shared by all points",
+    "name": "another scenario",
+    "schema": "another scenario",
+    "expect": "another scenario",
+}
+
+
+class Point(NamedTuple):
+    """One combination of the varied values.  number: from 0, in the order of the sweep; values: by dotted key."""
+
+    number: int
+    values: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class SweepSpec:
+    """A sweep, checked: every point is a scenario that can be flown as far as its values say.
+
+    scenario: what all points have in common.  vary: values by dotted key.  sampling: grid, list or
+    latin_hypercube (`samples` points drawn by `sampling_seed`).  seeds: 1 ... seeds are flown at every point, so
+    that points differ by their values and not by their weather.  keep: records (a run directory each) or
+    summaries.  stop_when: rule that may end the sweep earlier.  places: where each key was varied, for messages.
+    """
+
+    scenario: Scenario
+    vary: Mapping[str, Varied]
+    sampling: str = "grid"
+    samples: int | None = None
+    sampling_seed: int = 1
+    seeds: int = 1
+    keep: str = "summaries"
+    stop_when: StopRule | None = None
+    places: Mapping[str, str] = field(default_factory=dict, compare=False)
+
+    @cached_property
+    def points(self) -> list[Point]:
+        """All points, in order.  Raises InputError."""
+        try:
+            ways = combined(self.vary, self.sampling, self.samples, self.sampling_seed)
+        except InputError as error:
+            raise self.placed(error) from error
+        return [Point(number, values) for number, values in enumerate(ways)]
+
+    @cached_property
+    def base(self) -> str:
+        """What is written of the scenario, as JSON: the tasks carry it."""
+        return json.dumps(canonical(given(self.scenario)))
+
+    @property
+    def size(self) -> int:
+        """Number of runs, if nothing stops them earlier."""
+        return len(self.points) * self.seeds
+
+    def placed(self, error: InputError) -> InputError:
+        """The error with the place at which its key is varied."""
+        if error.where or error.key not in self.places:
+            return error
+        place = self.places[error.key]
+        name = error.key.replace("_", "-") if place == OPTION else error.key
+        return replace(error, key=f"{place}{name}")
+
+    def overrides(self, point: Point) -> list[Override]:
+        """The point's values, each with the place at which it is varied."""
+        return [Override(key, value, self.places.get(key, "vary ")) for key, value in point.values.items()]
+
+    def run_ids(self, point: Point) -> Iterator[str]:
+        """Names of the point's runs, seed by seed, from 1.
+
+        A digest of all that decides the outcome: aerosim's version, what is written of the scenario, the values
+        and the seed.  Two points that come to the same scenario have runs of their own.
+        """
+        values = json.dumps(point.values)
+        start = hashlib.sha256(f"{version()}\n{self.base}\n{values}\n".encode())
+        for seed in range(1, self.seeds + 1):
+            each = start.copy()
+            each.update(str(seed).encode())
+            yield each.hexdigest()[:24]
+
+    def tasks(self, out: Path, cache: str = "") -> Iterator[Task]:
+        """All runs: every point with seed 1, then every point with seed 2, ...
+
+        In this order a sweep that is stopped has whole seeds, and runs in the same air follow each other.
+        """
+        names = [self.run_ids(point) for point in self.points]
+        for seed in range(1, self.seeds + 1):
+            for point, each in zip(self.points, names, strict=True):
+                yield Task(
+                    next(each), point.number, seed, self.base, point.values, str(out), self.keep, cache
+                )  # fmt: skip
+
+
+def canonical(value: Any) -> Any:
+    """The value as YAML gives it back: whole numbers without a point, lists for tuples."""
+    if isinstance(value, Mapping):
+        return {key: canonical(each) for key, each in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [canonical(each) for each in value]
+    whole = isinstance(value, float) and value.is_integer() and abs(value) < 1e15
+    return int(value) if whole else value
+
+
+def make_spec(
+    scenario: Scenario,
+    vary: Mapping[str, Varied],
+    *,
+    base: Path | None = None,
+    places: Mapping[str, str] | None = None,
+    **settings: Any,
+) -> SweepSpec:
+    """A sweep whose every point was checked.  settings: the other fields of SweepSpec.
+
+    base: folder that paths of files among the varied values are relative to, by default the current one.
+    Raises InputError for the first thing that is wrong, before anything is flown.
+    """
+    here = base or Path.cwd()
+    known = {
+        key: values
+        if isinstance(values, Range)
+        else tuple(canonical(absolute(each, key, here)) for each in values)
+        for key, values in vary.items()
+    }
+    spec = SweepSpec(scenario, known, places=dict(places or {}), **settings)
+    _check_settings(spec)
+    for key in spec.vary:
+        if key in NOT_VARIED:
+            raise spec.placed(InputError("cannot be varied", key=key, allowed=NOT_VARIED[key]))
+    _check_points(spec, spec.points)
+    if spec.size > RUNS_MAX:
+        problem = f"{len(spec.points)} points with {spec.seeds} seeds are {spec.size} runs"
+        raise spec.placed(InputError(problem, key="seeds", allowed=f"at most {RUNS_MAX}"))
+    return spec
+
+
+def _check_settings(spec: SweepSpec) -> None:
+    for key, value, allowed in (("sampling", spec.sampling, SAMPLINGS), ("keep", spec.keep, KEEPS)):
+        if value not in allowed:
+            raise spec.placed(InputError(f"{value!r} is not known", key=key, allowed=" | ".join(allowed)))
+    for key, number, least in (
+        ("seeds", spec.seeds, 1),
+        ("samples", spec.samples, 1),
+        ("sampling_seed", spec.sampling_seed, 0),
+    ):
+        if number is None and key == "samples":
+            continue
+        if not isinstance(number, int) or isinstance(number, bool) or not least <= number <= RUNS_MAX:
+            problem = f"{number!r} is no number of {key}" if key != "sampling_seed" else f"{number!r} is no seed"
+            raise spec.placed(InputError(problem, key=key, allowed=f"a whole number, {least} to {RUNS_MAX}"))
+
+
+def _check_points(spec: SweepSpec, points: Iterable[Point]) -> None:
+    """Every point is a scenario, and no two have the same values.  Raises InputError."""
+    seen: dict[str, int] = {}
+    for point in points:
+        first = seen.setdefault(json.dumps(point.values), point.number)
+        if first != point.number:
+            told = ", ".join(f"{key}={value}" for key, value in point.values.items())
+            raise spec.placed(InputError(f"points {first} and {point.number} are the same: {told}", key="vary"))
+    checked = variants(spec.scenario, (spec.overrides(point) for point in points))
+    number = 0
+    try:
+        for _ in checked:
+            number += 1
+    except InputError as error:
+        values = spec.points[number].values
+        if any(key in error.key for key in values):
+            raise
+        told = ", ".join(f"{key}={value}" for key, value in values.items())
+        raise replace(error, problem=f"{error.problem}, at {told}") from error
