@@ -339,7 +339,8 @@ def test_ctrl_c_is_130(aerosim: Aerosim, monkeypatch: pytest.MonkeyPatch) -> Non
     assert aerosim("run", "calm") == Result(130, "runs/calm/1\n", "interrupted\n")
 
 
-def test_ctrl_c_in_flight_leaves_a_readable_record(tmp_path: Path) -> None:
+@pytest.mark.parametrize("sign", [signal.SIGINT, signal.SIGTERM])
+def test_a_stop_in_flight_leaves_a_readable_record(tmp_path: Path, sign: signal.Signals) -> None:
     from aerosim import open_run
 
     command = [sys.executable, "-m", "aerosim", "run", "calm", "--out", "cut"]
@@ -348,7 +349,7 @@ def test_ctrl_c_in_flight_leaves_a_readable_record(tmp_path: Path) -> None:
     ) as process:
         assert process.stderr is not None
         assert " % of " in process.stderr.readline()  # a tenth is flown
-        process.send_signal(signal.SIGINT)
+        process.send_signal(sign)
         out, err = process.communicate(timeout=60)
     assert process.returncode == 130
     assert err.splitlines()[-1] == "interrupted"

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from aerosim.cli.console import Debug, Json, Quiet, Verbose, print_json, print_table, progress_of
-from aerosim.errors import InputError
+from aerosim.cli.console import Debug, Json, Quiet, Verbose, print_json, print_table, progress_of, say
+from aerosim.errors import InputError, RunFailure
 
 if TYPE_CHECKING:
     from aerosim.scenario import Scenario
@@ -83,16 +83,24 @@ def run(
     scenario = scenario_of(source, seed, setting)
     import aerosim
     from aerosim.metrics.expect import check_expect
+    from aerosim.metrics.summary import lines_not_seen
 
     try:
         with progress_of(scenario.name) as progress:
             done = aerosim.run(scenario, out, overwrite=overwrite, progress=progress)
     except InputError as error:
         raise placed(scenario, error) from error
-    except KeyboardInterrupt as stop:
-        if path := getattr(stop, "path", None):
+    except (KeyboardInterrupt, RunFailure) as end:
+        path = getattr(end, "path", None)
+        if as_json and path is not None:
+            kept = aerosim.open_run(path)
+            print_json({"run": str(path), "status": kept.status, "reason": str(end), "summary": kept.summary})
+            end.path = None  # type: ignore[union-attr]
+        elif path is not None and isinstance(end, KeyboardInterrupt):
             print(path)  # the record up to there
         raise
+    for line in lines_not_seen(done.summary):
+        say(f"warning: {line}")
     unmet = check_expect(done.summary, scenario.expect)
     if as_json:
         print_json({"run": str(done.path), "status": done.status, "unmet": unmet, "summary": done.summary})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -12,6 +13,8 @@ from aerosim.flight.plan import FlightPlan, Line
 from aerosim.flight.steering import Kinematics
 
 DEGREE = math.radians(1.0)
+
+journal = logging.getLogger("aerosim")
 
 # Bank for each radian of heading: a correction is flown within 15 s, and gusts that yaw the nose roll little.
 HEADING_GAIN = 1.2
@@ -121,5 +124,6 @@ class Navigator:
         self._look_at = t + max(wait, LOOK_LEAST_S)
         if abs(degrees) >= p.least:
             self.orders.append(Order(t, degrees))
+            journal.info("navigator at %.1f s: %+d deg", t, degrees)
             self._spoken, self._heard_at = degrees, t + p.reaction
             self._look_at += p.settle

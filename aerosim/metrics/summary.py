@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,6 +12,8 @@ from aerosim.frames import Array
 from aerosim.recorder import Columns
 
 SETTLED_DEG = 2.0
+SETTLED_S = 10.0
+LOST_PCT = 50.0
 
 
 class Wanted(NamedTuple):
@@ -27,7 +30,7 @@ def summarise(telemetry: Columns, matches: Columns, photos: Columns, wanted: Wan
 
     Everything but counts is over the survey lines without the first `exclude_first_s` of each: a fixed time,
     since a rule about settling would reward slow controllers.  What could not be measured is None, with the
-    reason under its path in notes.
+    reason under its path in notes; there are also lines on which the track was not seen.
     """
     t, line = telemetry["t_s"], telemetry["line"]
     starts = _line_starts(t, line)
@@ -47,8 +50,25 @@ def summarise(telemetry: Columns, matches: Columns, photos: Columns, wanted: Wan
                 notes[f"{section}.{name}"] = (
                     "side lap is not computed in this version" if name == "side_lap_min_pct" else reason
                 )
-    summary["notes"] = notes
+    summary["notes"] = notes | _lines_not_seen(telemetry, matches, starts)
     return summary
+
+
+def _lines_not_seen(tel: Columns, matches: Columns, starts: dict[int, float]) -> dict[str, str]:
+    """Lines with few strips accepted: their crab and v/h are not to be trusted, whatever the means say."""
+    line = _lines_of(matches["t_decided_s"], tel)
+    found = {}
+    for number in starts:
+        accepted = matches["accepted"][line == number]
+        if len(accepted) and 100.0 * accepted.mean() < LOST_PCT:
+            share = f"only {100.0 * accepted.mean():.0f} % of its {len(accepted)} strips were accepted"
+            found[f"line {number}"] = share
+    return found
+
+
+def lines_not_seen(summary: Mapping[str, Any]) -> list[str]:
+    """Sentences about the lines of a summary on which the track was not seen."""
+    return [f"{key}: {text}" for key, text in (summary.get("notes") or {}).items() if key.startswith("line ")]
 
 
 def _reason(used: NDArray[np.bool_], matches: Columns) -> str:
@@ -106,18 +126,29 @@ def _flight(tel: Columns, used: NDArray[np.bool_], starts: dict[int, float], wan
 def _strips_used(matches: Columns, starts: dict[int, float], tel: Columns, exclude: float) -> NDArray[np.bool_]:
     """Strips decided on a survey line, after its start was left out."""
     decided = matches["t_decided_s"]
-    at = np.searchsorted(tel["t_s"], decided, side="right") - 1
-    line = np.where(at >= 0, tel["line"][np.maximum(at, 0)], -1) if len(tel["t_s"]) else np.full(len(decided), -1)
+    line = _lines_of(decided, tel)
     begin = np.array([starts.get(int(number), np.inf) for number in line])
     return np.asarray((line >= 0) & (decided >= begin + exclude))
 
 
+def _lines_of(times: Array, tel: Columns) -> NDArray[np.int64]:
+    """Line that was flown at each of the times (n,), s; -1: none."""
+    if not len(tel["t_s"]):
+        return np.full(len(times), -1)
+    at = np.searchsorted(tel["t_s"], times, side="right") - 1
+    return np.where(at >= 0, tel["line"][np.maximum(at, 0)], -1)
+
+
 def _settle(tel: Columns, starts: dict[int, float]) -> float:
+    """Mean time until the crab is small and stays so for SETTLED_S, or to the line's end; lines that never do
+    are left out."""
     times = []
     for number, start in starts.items():
         here = tel["line"] == number
-        inside = np.abs(tel["crab_true_deg"][here]) < SETTLED_DEG
-        times.append(float(tel["t_s"][here][np.argmax(inside)] - start) if inside.any() else float("nan"))
+        t, large = tel["t_s"][here], np.abs(tel["crab_true_deg"][here]) > SETTLED_DEG
+        after = np.append(t[large], np.inf)
+        calm = after[np.searchsorted(after, t, side="left")] - t > SETTLED_S
+        times.append(float(t[np.argmax(calm)] - start) if calm.any() else float("nan"))
     return _mean(np.array(times))
 
 

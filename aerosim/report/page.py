@@ -49,11 +49,12 @@ FIRST = (
 def _verdict(source: Source) -> str:
     """Whether the run met what its scenario expects, in words and colour."""
     from aerosim.metrics.expect import check_expect
+    from aerosim.metrics.summary import lines_not_seen
 
     summary, expect = source.summary, source.scenario.expect
     status = str(summary.get("status", "unknown"))
     unmet = check_expect(summary, expect)
-    lines = [escape(line) for line in unmet]
+    lines = [escape(line) for line in (*unmet, *lines_not_seen(summary))]
     if status not in ("done", "ok"):
         notes = summary.get("notes") or {}
         reason = notes.get("status") or summary.get("reason") or "the run left no reason"

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from aerosim.metrics.summary import Wanted, summarise
+from aerosim.metrics.summary import Wanted, lines_not_seen, summarise
 from aerosim.record import plain
 
 WANTED = Wanted(height=3000.0, airspeed=70.0, end_lap_pct=60.0, exclude_first_s=2.0)
@@ -118,9 +118,24 @@ def test_the_largest_crab_may_be_to_the_left() -> None:
 
 
 def test_settling_is_the_lines_mean() -> None:
-    tel = telemetry([0, 0, 0, -1, 1, 1, 1, 1, 2], crab_true_deg=[5, -1, 5, 0, -5, 5, -5, 1.9, 4])
-    # line 0 after 1 s, line 1 after 3 s; line 2 never, and says nothing about how long the others took
+    tel = telemetry([0, 0, 0, -1, 1, 1, 1, 1, 2, 2], crab_true_deg=[5, -1, 1, 0, -5, 1, -5, 1.9, 0, 4])
+    # line 0 after 1 s, line 1 after 3 s for good; line 2 never, and says nothing about how long the others took
     assert summarise(tel, NO_STRIPS, NO_PHOTOS, WANTED)["crab"]["settle_s"] == 2.0
+
+
+def test_settled_is_what_stays_small_for_ten_seconds() -> None:
+    crab = [5] * 3 + [0] * 8 + [5] + [0] * 11 + [5] * 5
+    tel = telemetry([0] * len(crab), crab_true_deg=crab)
+    # small for 8 s from 3 s on does not count, small for 11 s from 12 s on does
+    assert summarise(tel, NO_STRIPS, NO_PHOTOS, WANTED)["crab"]["settle_s"] == 12.0
+
+
+def test_a_line_whose_track_was_not_seen_is_told() -> None:
+    tel = telemetry([0] * 5 + [-1] * 3 + [1] * 5)
+    found = strips([1, 2, 3, 9, 10, 11], [True, True, False, True, False, False])
+    told = lines_not_seen(summarise(tel, found, NO_PHOTOS, WANTED))
+    assert told == ["line 1: only 33 % of its 3 strips were accepted"]
+    assert lines_not_seen(summarise(tel, NO_STRIPS, NO_PHOTOS, WANTED)) == []
 
 
 def test_photos_by_hand() -> None:
@@ -165,7 +180,7 @@ def test_what_was_not_measured_is_null_with_its_reason(
         for name, v in values.items()
         if v is None
     }
-    assert nulls == set(summary["notes"])
+    assert nulls == {path for path in summary["notes"] if not path.startswith("line ")}
     assert {
         "crab.estimate_error_rms_deg",
         "vh.error_rms_pct",
