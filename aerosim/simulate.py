@@ -15,6 +15,7 @@ import numpy as np
 from aerosim.control.law import camera_command
 from aerosim.errors import RunFailure
 from aerosim.flight.guidance import Phase
+from aerosim.flight.interface import FlightSource, fresh, patience
 from aerosim.metrics.footprint import Ground
 from aerosim.metrics.photos import photo_table
 from aerosim.metrics.strips import strip_table
@@ -34,7 +35,6 @@ journal = logging.getLogger("aerosim")
 ROOM = 32_000_000  # bytes: an hour's tables
 SURVEYING = (Phase.RUN_IN, Phase.LINE)
 WATCH_S = 2.0  # simulated
-LONGEST = 1.5  # times the planned duration; a flight that takes longer does not find its lines
 
 Progress = Callable[[float, float], None]
 
@@ -132,17 +132,17 @@ def _watch(t: float, planned: float, progress: Progress | None) -> None:
     """Tell the progress; give up a flight that does not find its lines."""
     if progress is not None:
         progress(t, planned)
-    if t > LONGEST * planned + 120.0:
+    if t > patience(planned):
         raise RunFailure(f"the lines were not flown within {t:.0f} s (planned: {planned:.0f} s)")
 
 
-def simulate(scenario: Scenario, progress: Progress | None = None) -> Record:
+def simulate(scenario: Scenario, progress: Progress | None = None, flights: FlightSource = fresh) -> Record:
     """Fly a scenario and put its tables together; nothing is written.
 
-    Raises InputError for a scenario that cannot be flown.  A flight that fails or is interrupted gives a record
-    up to there, with its status and reason.
+    flights: where its flight comes from, by default flown now.  Raises InputError for a scenario that cannot be
+    flown.  A flight that fails or is interrupted gives a record up to there, with its status and reason.
     """
-    mission = build(scenario)
+    mission = build(scenario, flights)
     plan = mission.flight.plan
     journal.info("%s, seed %d, mode %s", scenario.name, scenario.seed, scenario.control.mode)
     journal.info("terrain %s", mission.terrain.orthophoto_file.path)
@@ -214,17 +214,23 @@ def _photos(scenario: Scenario, m: Mission, shots: list[Shot]) -> dict[str, Any]
 
 
 def run(
-    scenario: Scenario, out: Path | None = None, *, overwrite: bool = False, progress: Progress | None = None
+    scenario: Scenario,
+    out: Path | None = None,
+    *,
+    overwrite: bool = False,
+    progress: Progress | None = None,
+    flights: FlightSource = fresh,
 ) -> Run:
     """Fly a scenario and write its run directory, by default runs/<name>/<seed>.
 
+    flights: where its flight comes from, by default flown now.
     Raises InputError with nothing left behind; RunFailure (its `path` is the directory) with the record up to
     there; KeyboardInterrupt likewise.  An earlier run is replaced only with `overwrite`, and only by a good one.
     """
     out = Path(out) if out is not None else Path("runs") / scenario.name / str(scenario.seed)
     staging = Staging(out, overwrite, ROOM)
     try:
-        record = simulate(scenario, progress)
+        record = simulate(scenario, progress, flights)
     except BaseException:
         staging.discard()
         raise
@@ -246,9 +252,11 @@ def _draw(scenario: Scenario, path: Path) -> None:
 class _Callable(ModuleType):
     """The import system binds this module to `aerosim.simulate`, the name of the public function: it is both."""
 
-    def __call__(self, scenario: Scenario, progress: Progress | None = None) -> Record:
+    def __call__(
+        self, scenario: Scenario, progress: Progress | None = None, flights: FlightSource = fresh
+    ) -> Record:
         """The same as the function `simulate`."""
-        return simulate(scenario, progress)
+        return simulate(scenario, progress, flights)
 
 
 sys.modules[__name__].__class__ = _Callable

@@ -1,15 +1,17 @@
-"""The flying aircraft: one JSBSim model behind SI units.  The only place of feet and JSBSim's property names."""
+"""The flying aircraft: one JSBSim model behind SI units.  The only place of feet; property names: `properties`."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from operator import call
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from aerosim.errors import InputError, RunFailure
-from aerosim.flight import fdm
+from aerosim.flight import fdm, properties
 from aerosim.flight.limits import Limits
 from aerosim.flight.plan import wind_triangle
 from aerosim.flight.trim import Trim, first_guess, solve
@@ -21,40 +23,6 @@ PER_FOOT = 1.0 / FOOT
 POUND = 0.45359237
 LBF = 4.4482216152605
 CHECK_EVERY = 24
-
-# fmt: off
-_STATE = (
-    "position/lat-geod-rad", "position/long-gc-rad", "position/geod-alt-ft", "velocities/v-north-fps",
-    "velocities/v-east-fps", "velocities/v-down-fps", "attitude/phi-rad", "attitude/theta-rad",
-    "attitude/psi-rad", "velocities/p-rad_sec", "velocities/q-rad_sec", "velocities/r-rad_sec",
-    "velocities/vt-fps",
-)
-_ECEF = (
-    "position/ecef-x-ft", "position/ecef-y-ft", "position/ecef-z-ft", "velocities/ecef-x-fps",
-    "velocities/ecef-y-fps", "velocities/ecef-z-fps",
-)
-_ACCELERATION = (
-    "accelerations/udot-ft_sec2", "accelerations/vdot-ft_sec2", "accelerations/wdot-ft_sec2",
-    "accelerations/pdot-rad_sec2", "accelerations/qdot-rad_sec2", "accelerations/rdot-rad_sec2",
-)
-_WIND = ("atmosphere/wind-north-fps", "atmosphere/wind-east-fps", "atmosphere/wind-down-fps")
-_GUST = (
-    "atmosphere/gust-north-fps", "atmosphere/gust-east-fps", "atmosphere/gust-down-fps", "gust/p-rad_sec",
-    "gust/q-rad_sec", "gust/r-rad_sec",
-)
-_START = (
-    "ic/psi-true-rad", "ic/theta-rad", "ic/phi-rad", "ic/vn-fps", "ic/ve-fps", "ic/vd-fps", "ic/p-rad_sec",
-    "ic/q-rad_sec", "ic/r-rad_sec",
-)
-_TRIM = ("trim/elevator-rad", "trim/aileron-rad", "trim/rudder-rad", "trim/power-w", "trim/theta-rad")
-_COMMAND = ("ap/roll-cmd-rad", "ap/h-cmd-ft", "ap/v-cmd-fps", "ap/on")
-_OTHER = (
-    "metrics/bw-ft", "aero/alpha-rad", "aero/qbar-psf", "power/available-w", "inertia/pointmass-weight-lbs",
-    "ic/lat-geod-rad", "ic/long-gc-rad", "ic/h-sl-ft", "forces/fbx-external-lbs", "forces/fbx-aero-lbs",
-    "forces/fbz-aero-lbs", "forces/fby-total-lbs", "aero/beta-rad",
-)
-# fmt: on
-_NAMES = (*_STATE, *_ECEF, *_ACCELERATION, *_WIND, *_GUST, *_START, *_TRIM, *_COMMAND, *_OTHER)
 
 
 class Aircraft:
@@ -74,13 +42,14 @@ class Aircraft:
         self._fdm, self.warnings = fdm.load(folder, step_rate_hz)
         self.step_rate = float(step_rate_hz)
         self.step_period = 1.0 / self.step_rate
-        self._nodes = fdm.nodes(self._fdm, _NAMES, folder)
+        self._nodes = fdm.nodes(self._fdm, properties.NAMES, folder)
         self._set("inertia/pointmass-weight-lbs", fuel / POUND)
         self._mass = self.limits.mass_empty_kg + fuel
-        self._state = tuple(self._getter(name) for name in _STATE)
-        self._ecef = tuple(self._getter(name) for name in _ECEF)
-        self._wind = tuple(self._setter(name) for name in _WIND)
-        self._gust = tuple(self._setter(name) for name in _GUST)
+        self._state = tuple(self._getter(name) for name in properties.STATE)
+        self._ecef = tuple(self._getter(name) for name in properties.ECEF)
+        self._kept = (*self._state, *self._ecef[:3])
+        self._wind = tuple(self._setter(name) for name in properties.WIND)
+        self._gust = tuple(self._setter(name) for name in properties.GUST)
         self._air = (*self._wind, *self._gust[3:])
         self.command_roll = self._setter("ap/roll-cmd-rad")
         self.bare_step = self._fdm.run
@@ -167,10 +136,10 @@ class Aircraft:
     def _pose(self, attitude: Array, vel_n: Array, omega_eb_b: Array) -> Array:
         """The six accelerations, SI, in b, at an attitude (heading, pitch, roll), ground velocity and rates."""
         values = (*attitude, *(vel_n * PER_FOOT), *omega_eb_b)
-        for name, value in zip(_START, values, strict=True):
+        for name, value in zip(properties.START, values, strict=True):
             self._set(name, value)
         self._fdm.run_ic()
-        found = np.array([self._get(name) for name in _ACCELERATION])
+        found = np.array([self._get(name) for name in properties.ACCELERATION])
         found[:3] *= FOOT
         return found
 
@@ -178,7 +147,7 @@ class Aircraft:
         pitch, elevator, power, roll, aileron, rudder, sideslip = x
         # A banked, pitched nose without sideslip lies beside the air's azimuth.
         heading = azimuth + math.atan(math.sin(pitch) * math.tan(roll)) - sideslip
-        for name, value in zip(_TRIM[:4], (elevator, aileron, rudder, power), strict=True):
+        for name, value in zip(properties.TRIM[:4], (elevator, aileron, rudder, power), strict=True):
             self._set(name, value)
         meridian, normal = radii(lat)
         north, east = vel_n[0] / (meridian + height), vel_n[1] / (normal + height)
@@ -253,13 +222,17 @@ class Aircraft:
         yaw(r)
 
     def advance(self, steps: int) -> None:
-        """Fly so many steps.  Raises RunFailure when the aircraft is lost (looked at about every 24 steps)."""
-        run = self.bare_step
+        """Fly so many steps.  Raises RunFailure when the aircraft is lost (looked at every 24 steps)."""
+        run, until = self.bare_step, CHECK_EVERY - self.steps % CHECK_EVERY
+        while steps >= until:  # at the same steps however a flight is cut
+            for _ in range(until):
+                run()
+            self.steps += until
+            self._check()
+            steps, until = steps - until, CHECK_EVERY
         for _ in range(steps):
             run()
-        before, self.steps = self.steps, self.steps + steps
-        if before // CHECK_EVERY != self.steps // CHECK_EVERY:
-            self._check()
+        self.steps += steps
 
     def _check(self) -> None:
         height, alpha = self._get("position/geod-alt-ft"), self._get("aero/alpha-rad")
@@ -280,6 +253,17 @@ class Aircraft:
             self.steps * self.step_period, lat, lon, h * FOOT, vn * FOOT, ve * FOOT, vd * FOOT,
             roll, pitch, heading, p, q, r, airspeed * FOOT,
         )  # fmt: skip
+
+    def sample(self) -> Iterator[float]:
+        """Numbers of now that `states` needs, as JSBSim has them, to be read at once."""
+        return map(call, self._kept)
+
+    def states(self, samples: Array, first: int) -> tuple[Array, Array]:
+        """States (n, 14) and positions in e (n, 3), SI, of samples (n, 16) at steps `first` on: as told then."""
+        t = np.arange(first, first + len(samples)) * self.step_period
+        states = np.column_stack([t, samples[:, :13]])
+        states[:, [3, 4, 5, 6, 13]] *= FOOT
+        return states, samples[:, 13:] * FOOT
 
     def place(self) -> tuple[float, float, float]:
         """Latitude, longitude (rad), ellipsoidal height (m)."""

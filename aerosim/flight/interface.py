@@ -2,11 +2,23 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from collections.abc import Callable, Iterable
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
 
 from aerosim.flight.guidance import Phase
 from aerosim.flight.plan import FlightPlan
+from aerosim.frames import Array
 from aerosim.truth import AircraftState, AirState, Where
+
+LONGEST, SPARE_S = 1.5, 120.0
+
+
+def patience(planned: float) -> float:
+    """Time (s) after which a flight that was planned to take so long (s) does not find its lines any more."""
+    return LONGEST * planned + SPARE_S
 
 
 class Air(Protocol):
@@ -50,3 +62,44 @@ class Flight(Protocol):
     @property
     def done(self) -> bool:
         """Whether the last line's end has been passed."""
+
+
+class Recordable(Flight, Protocol):
+    """A flight whose every step can be kept at little cost."""
+
+    @property
+    def steady(self) -> int:
+        """Steps from now during which air, line and phase surely stay as they are."""
+
+    def sample(self) -> Iterable[float]:
+        """Numbers of now that `states` needs, as the flight has them, to be read at once."""
+
+    def states(self, samples: Array, first: int, next_line: NDArray[np.int64]) -> Array:
+        """AircraftState and cross-track, (n, 15), of samples (n, k) at steps `first` on, as told then bit for bit.
+
+        next_line: (n,), as told then.
+        """
+
+
+class Sortie(NamedTuple):
+    """What a flight is to be, before it is flown.
+
+    rate: steps a second.  duration: planned, s.  content: makes a digest of everything that the flight is made
+    from, but for the program, its libraries and the machine.
+    """
+
+    rate: float
+    duration: float
+    content: Callable[[], str]
+
+
+class FlightSource(Protocol):
+    """Where flights come from."""
+
+    def __call__(self, sortie: Sortie, fly: Callable[[], Recordable]) -> Flight:
+        """The flight of a sortie; fly: makes a new one.  Raises InputError if it cannot be flown."""
+
+
+def fresh(sortie: Sortie, fly: Callable[[], Recordable]) -> Flight:
+    """A new flight, flown while it is looked at."""
+    return fly()

@@ -5,11 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from math import cos, sin
 
+import numpy as np
+from numpy.typing import NDArray
+
 from aerosim.flight.aircraft import Aircraft
 from aerosim.flight.guidance import Guidance, Phase
 from aerosim.flight.interface import Air
 from aerosim.flight.plan import FlightPlan, wind_triangle
 from aerosim.flight.steering import Law, Tracking
+from aerosim.frames import Array
 from aerosim.truth import AircraftState
 
 GUIDANCE_EVERY = 4  # states of the air: 10 Hz; rolling takes seconds, and every call costs half a step of JSBSim
@@ -31,6 +35,7 @@ class JsbsimFlight:
     ) -> None:
         """air: its states follow each other every `hold` steps.  pilot: makes its law, for a period (s)."""
         self.aircraft = aircraft
+        self.sample = aircraft.sample
         self.plan = plan
         self._air = air
         self._hold = hold
@@ -108,6 +113,21 @@ class JsbsimFlight:
     def done(self) -> bool:
         """Whether the last line's end has been passed."""
         return self._guidance.phase is Phase.DONE
+
+    @property
+    def steady(self) -> int:
+        """Steps until the air is met again."""
+        return self._left
+
+    def states(self, samples: Array, first: int, next_line: NDArray[np.int64]) -> Array:
+        """AircraftState and cross-track, (n, 15), of samples (n, 16) at steps `first` on; next_line: (n,)."""
+        states, pos_e = self.aircraft.states(samples, first)
+        lines = self.plan.lines
+        a, b, c = np.array([line.normal for line in lines])[next_line].T
+        x, y, z = pos_e.T
+        # in the order in which the guidance adds
+        across = a * x + b * y + c * z - np.array([line.offset for line in lines])[next_line]
+        return np.column_stack([states, across])
 
 
 def _mat_nb(roll: float, pitch: float, heading: float) -> tuple[float, ...]:

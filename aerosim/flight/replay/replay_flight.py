@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
 from aerosim.flight.guidance import Phase
@@ -98,6 +99,20 @@ class ReplayFlight:
     def done(self) -> bool:
         """Whether the last line's end has been passed."""
         return self.phase is Phase.DONE
+
+    @property
+    def steady(self) -> int:
+        """Line and phase may change at any step."""
+        return 0
+
+    def sample(self) -> list[float]:
+        """State and cross-track of now."""
+        k = self._step - self._block.first
+        return [*self._block.table[k].tolist(), self._block.across[k]]
+
+    def states(self, samples: Array, first: int, next_line: NDArray[np.int64]) -> Array:
+        """AircraftState and cross-track, (n, 15): the samples themselves."""
+        return samples
 
     def _make(self, first: int) -> _Block:
         """The next block of steps."""

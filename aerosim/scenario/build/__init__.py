@@ -8,7 +8,7 @@ from functools import partial
 from aerosim.control.law import ControlParameters
 from aerosim.estimation.motion import MotionEstimator, MotionParameters
 from aerosim.estimation.strips import StripRecogniser
-from aerosim.flight.interface import Flight
+from aerosim.flight.interface import Flight, FlightSource, fresh
 from aerosim.rng import generator
 from aerosim.scenario.build.air import mean_wind
 from aerosim.scenario.build.devices import (
@@ -77,10 +77,13 @@ class Mission:
     footprint: tuple[float, float]
 
 
-def build(scenario: Scenario) -> Mission:
-    """All parts of a run.  Raises InputError for whatever cannot be flown, with the place of its key."""
+def build(scenario: Scenario, flights: FlightSource = fresh) -> Mission:
+    """All parts of a run.  flights: where its flight comes from.
+
+    Raises InputError for whatever cannot be flown, with the place of its key.
+    """
     terrain = terrain_of(scenario)
-    journey = journey_of(scenario, terrain)
+    journey = journey_of(scenario, terrain, flights)
     plan, ground_height = journey.route.plan, journey.route.ground
     rate, rows = scenario.aircraft.step_rate_hz, scenario.ccd_rows
     dt = 1.0 / rate

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from aerosim.flight.interface import Flight
+from aerosim.flight.interface import Flight, FlightSource, Sortie, fresh
 from aerosim.flight.jsbsim_flight import JsbsimFlight
 from aerosim.flight.navigator import Navigator, NavigatorParameters
 from aerosim.flight.plan import FlightPlan, wind_triangle
@@ -18,6 +18,7 @@ from aerosim.flight.steering import Law, Tracking
 from aerosim.frames import Array
 from aerosim.rng import generator
 from aerosim.scenario.build.air import air_of, mean_wind
+from aerosim.scenario.build.content import content_flown, content_replayed
 from aerosim.scenario.build.flight import aircraft_of
 from aerosim.scenario.build.placing import at
 from aerosim.scenario.build.replay import replayed
@@ -47,25 +48,31 @@ class Journey(NamedTuple):
     margin: float
 
 
-def journey_of(scenario: Scenario, terrain: Terrain) -> Journey:
-    """The flight of a scenario.  Raises InputError for whatever cannot be flown."""
+def journey_of(scenario: Scenario, terrain: Terrain, flights: FlightSource = fresh) -> Journey:
+    """The flight of a scenario.  flights: where it comes from.  Raises InputError for whatever cannot be flown."""
     rate = scenario.aircraft.step_rate_hz
     hold = max(1, round(rate / AIR_RATE_HZ))
-    return (_flown if scenario.flight.replay is None else _replayed)(scenario, terrain, rate, hold)
+    return (_flown if scenario.flight.replay is None else _replayed)(scenario, terrain, flights, rate, hold)
 
 
-def _flown(scenario: Scenario, terrain: Terrain, rate: int, hold: int) -> Journey:
+def _flown(scenario: Scenario, terrain: Terrain, flights: FlightSource, rate: int, hold: int) -> Journey:
     route = route_of(scenario, terrain)
-    plan, aircraft = route.plan, aircraft_of(scenario)
-    with at(scenario, "flight.airspeed_m_s"):
-        aircraft.check_speed(plan.height, plan.airspeed)
-    air = air_of(scenario, plan, route.ground, aircraft.span, hold / rate)
+    plan = route.plan
     wind_north, wind_east, _ = mean_wind(scenario, plan, route.ground)
     with at(scenario, "air.wind"):
         for line in plan.lines:
             wind_triangle(line.course, plan.airspeed, wind_north, wind_east)
-        flight = JsbsimFlight(aircraft, plan, air, hold, pilot_of(scenario))
         duration = plan.forecast(wind_north, wind_east).duration
+
+    def fly() -> JsbsimFlight:
+        aircraft = aircraft_of(scenario)
+        with at(scenario, "flight.airspeed_m_s"):
+            aircraft.check_speed(plan.height, plan.airspeed)
+        air = air_of(scenario, plan, route.ground, aircraft.span, hold / rate)
+        with at(scenario, "air.wind"):
+            return JsbsimFlight(aircraft, plan, air, hold, pilot_of(scenario))
+
+    flight = flights(Sortie(rate, duration, lambda: content_flown(scenario, route)), fly)
     around = np.transpose([point for line in plan.lines for point in (line.start, line.end)])
     return Journey(flight, route, duration, flight.state().pitch, around, MAP_MARGIN)
 
@@ -92,10 +99,14 @@ def pilot_of(scenario: Scenario) -> Callable[[FlightPlan, float], Law]:
     return partial(Navigator, parameters=parameters, rng=rng)
 
 
-def _replayed(scenario: Scenario, terrain: Terrain, rate: int, hold: int) -> Journey:
+def _replayed(scenario: Scenario, terrain: Terrain, flights: FlightSource, rate: int, hold: int) -> Journey:
     replay, route = replayed(scenario, terrain)
-    air = air_of(scenario, route.plan, route.ground, REPLAY_SPAN, hold / rate)
-    flight = ReplayFlight(replay, air, hold, rate)
+
+    def fly() -> ReplayFlight:
+        air = air_of(scenario, route.plan, route.ground, REPLAY_SPAN, hold / rate)
+        return ReplayFlight(replay, air, hold, rate)
+
+    flight = flights(Sortie(rate, replay.duration, lambda: content_replayed(scenario, route, replay)), fly)
     t = np.linspace(replay.begin, replay.end, 500)
     around = np.array(replay.path.place(t)[:2])
     return Journey(flight, route, replay.duration, replay.level_pitch, around, REPLAY_MARGIN)

@@ -17,8 +17,7 @@ import pytest
 from aerosim import assets
 from aerosim.cli.app import call
 from aerosim.errors import InputError
-from aerosim.flight import aircraft as flown
-from aerosim.flight import fdm
+from aerosim.flight import fdm, properties
 from aerosim.flight.aircraft import Aircraft
 from aerosim.flight.limits import Limits
 from aerosim.flight.own import contract, probe, xmlcheck
@@ -477,7 +476,7 @@ PAGE = Path(__file__).parents[3] / "docs" / "own_aircraft.md"
 
 
 def test_the_contract_is_what_the_aircraft_uses() -> None:
-    assert sorted(each.name for each in contract.PROPERTIES) == sorted(flown._NAMES)
+    assert sorted(each.name for each in contract.PROPERTIES) == sorted(properties.NAMES)
 
 
 def rows(heading: str) -> list[list[str]]:
