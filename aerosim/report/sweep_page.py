@@ -161,7 +161,8 @@ def _metric(view: SweepView, metric: MetricView) -> Iterator[str]:
     rest = (
         f" Averaged over {', '.join(word(key) for key in view.axes.rest)}." if view.axes.rest and view.grid else ""
     )
-    caption = f"Means over the seeds with {percent} confidence limits.{rest} Crosses: seeds that failed there."
+    crosses = " Crosses: seeds that failed there." if any(m.failed for m in metric.means) else ""
+    caption = f"Means over the seeds with {percent} confidence limits.{rest}{crosses}"
     draw: Callable[[], str] = (
         (lambda: plots.over_parameter(metric, view.varied, view.axes))
         if view.grid
