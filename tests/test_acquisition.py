@@ -22,3 +22,13 @@ def test_a_drift_of_thirteen_degrees_is_found(from_deg: float) -> None:
     assert np.mean(on_line(record, "drift_true_deg")) == pytest.approx(expected, abs=0.2)
     assert rms(on_line(record, "crab_true_deg", after=60.0)) < 0.5
     assert np.mean(on_line(record, "mount_yaw_deg", after=60.0)) == pytest.approx(expected, abs=0.4)
+
+
+def test_no_strip_is_taken_before_the_wings_are_level() -> None:
+    # Rolling out of a turn the rows see ground that slides sideways: strips of then once turned the camera away.
+    record = simulate(scenario(4.0, back=True, air=air(8.0, 320.0), flight={"run_in_s": 60}))
+    tel = record.telemetry
+    roll = np.interp(record.matches["t_row1_s"], tel["t_s"], tel["roll_deg"])
+    assert len(roll) > 50
+    assert np.abs(roll).max() < 5.5
+    assert np.abs(tel["roll_deg"]).max() > 15.0
