@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import logging
+import shutil
 import time
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
@@ -14,6 +15,7 @@ from aerosim.errors import InputError, Interrupted, RunFailure
 from aerosim.sweep import folder
 from aerosim.sweep.book import Book
 from aerosim.sweep.executor import Executor
+from aerosim.sweep.order import flight_order
 from aerosim.sweep.results import Sweep
 from aerosim.sweep.spec import SweepSpec
 from aerosim.sweep.table import write_table
@@ -51,8 +53,10 @@ def drive(
         course = _Course(spec, out, progress)
         if found:
             course.recall(retry_failed)
-        status, end = course.fly(executor, str(cache) if cache is not None else "")
+        status, end = course.fly(executor, cache)
         course.finish(status, executor.workers)
+        if status == "done" and cache is not None and cache.parent == out:
+            shutil.rmtree(cache, ignore_errors=True)  # of these seeds nothing is left to fly
     if end is not None:
         raise end
     return Sweep(out)
@@ -127,15 +131,16 @@ class _Course:
         self.to_fly = self.book.wanted - sum(1 for _ in self.book.counted())
         journal.info("resumed: %d runs are there", len(self.book.results))
 
-    def missing(self, cache: str) -> Iterator[Task]:
-        """Tasks that are to be flown, until the rule for stopping holds."""
-        for task in self.spec.tasks(self.out, cache):
+    def missing(self, cache: Path | None) -> Iterator[Task]:
+        """Tasks that are to be flown, until the rule for stopping holds.  Flights that serve once are not kept."""
+        order, shared = flight_order(self.spec) if cache is not None else (self.spec.points, False)
+        for task in self.spec.tasks(self.out, str(cache) if shared else "", order):
             if self.book.stopped is not None:
                 return
             if task.id not in self.book.results:
                 yield task
 
-    def fly(self, executor: Executor, cache: str) -> tuple[str, BaseException | None]:
+    def fly(self, executor: Executor, cache: Path | None) -> tuple[str, BaseException | None]:
         """Fly what is missing.  Returns the status and the exception that ends the call."""
         try:
             self._tell()

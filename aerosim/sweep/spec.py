@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -98,17 +98,18 @@ class SweepSpec:
             each.update(str(seed).encode())
             yield each.hexdigest()[:24]
 
-    def tasks(self, out: Path, cache: str = "") -> Iterator[Task]:
+    def tasks(self, out: Path, cache: str = "", order: Sequence[Point] = ()) -> Iterator[Task]:
         """All runs: every point with seed 1, then every point with seed 2, ...
 
-        In this order a sweep that is stopped has whole seeds, and runs in the same air follow each other.
+        In this order a sweep that is stopped has whole seeds.  order: of the points with each seed, by default
+        that of the sweep.
         """
-        names = [self.run_ids(point) for point in self.points]
+        points = order or self.points
+        names = [self.run_ids(point) for point in points]
         for seed in range(1, self.seeds + 1):
-            for point, each in zip(self.points, names, strict=True):
-                yield Task(
-                    next(each), point.number, seed, self.base, point.values, str(out), self.keep, cache
-                )  # fmt: skip
+            for point, each in zip(points, names, strict=True):
+                name = next(each)
+                yield Task(name, point.number, seed, self.base, point.values, str(out), self.keep, cache)
 
 
 def canonical(value: Any) -> Any:

@@ -124,13 +124,16 @@ def scenario_of(task: Task) -> Scenario:
 
 def _flown(task: Task) -> tuple[dict[str, Any], str, str]:
     """Summary, status and reason of a flight."""
+    from aerosim.flight.interface import fresh
     from aerosim.simulate import run, simulate
+    from aerosim.sweep.flights import flights_in
 
     scenario = scenario_of(task)
+    flights = flights_in(task.cache) if task.cache else fresh
     if task.keep == "records":
-        kept = run(scenario, Path(task.out) / "records" / task.id, overwrite=True)
+        kept = run(scenario, Path(task.out) / "records" / task.id, overwrite=True, flights=flights)
         return kept.summary, kept.status, ""
-    record = simulate(scenario)
+    record = simulate(scenario, flights=flights)
     if record.status == "interrupted":
         raise KeyboardInterrupt
     return record.summary, record.status, record.reason
