@@ -6,6 +6,7 @@ import logging
 import sys
 import time
 from collections.abc import Callable
+from math import radians
 from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
@@ -34,6 +35,7 @@ journal = logging.getLogger("aerosim")
 
 ROOM = 32_000_000  # bytes: an hour's tables
 SURVEYING = (Phase.RUN_IN, Phase.LINE)
+LEVEL = radians(5.0)
 WATCH_S = 2.0  # simulated
 
 Progress = Callable[[float, float], None]
@@ -79,8 +81,10 @@ def _loop(m: Mission, log: Recorder, progress: Progress | None) -> None:
         sees, records = step % m.rows_every == 0, step % m.record_every == 0
         until = min(m.rows_every - step % m.rows_every, m.record_every - step % m.record_every)
 
-        if (flight.phase in SURVEYING) != surveying:  # the crew switches the camera system on and off
-            surveying = not surveying
+        # the crew switches the camera system on with level wings before a line, and off behind it
+        wanted = flight.phase in SURVEYING and (surveying or abs(aircraft.roll) < LEVEL)
+        if wanted != surveying:
+            surveying = wanted
             for match in recogniser.switch(t):
                 log.strip(match, estimator.add(match))
             estimator.begin_line()
