@@ -5,6 +5,8 @@ from __future__ import annotations
 from math import asin, cos, floor, radians, sin, sqrt
 from typing import TYPE_CHECKING
 
+from aerosim.scenario.replay import unused
+
 if TYPE_CHECKING:
     from aerosim.scenario.flight import Line
     from aerosim.scenario.scenario import Scenario
@@ -108,7 +110,10 @@ def _wind(scenario: Scenario) -> list[Problem]:
 
 def problems(scenario: Scenario) -> list[Problem]:
     """All that does not fit together: key, problem, what is allowed."""
-    out = _periods(scenario) + _lines(scenario) + _wind(scenario)
+    out = _periods(scenario) + _lines(scenario)
+    if scenario.flight.replay is not None:  # height and speed are those of the file
+        return out + unused(scenario)
+    out += _wind(scenario)
     if scenario.flight.height_above == "mean_terrain":  # else the height above ground is not known yet
         out += _search(scenario, scenario.flight.height_m) + _end_lap(scenario, scenario.flight.height_m)
     return out

@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Discriminator, Field, Tag, model_validator
 
 from aerosim.scenario.section import NotNegative, Point, Positive, Section, wrong
+
+if TYPE_CHECKING:
+    from aerosim.scenario.scenario import Scenario
+
+# Keys that say how an aircraft is flown: none of it happens in a replay.
+UNUSED = {
+    "flight": ("height_m", "height_above", "airspeed_m_s", "bank_max_deg", "pilot", "navigator"),
+    "aircraft": ("model", "fuel_kg"),
+}
 
 
 def kind_of(value: Any) -> str | None:
@@ -73,3 +82,13 @@ ReplayOrFile = Annotated[
         },
     ),
 ]
+
+
+def unused(scenario: Scenario) -> list[tuple[str, str, str]]:
+    """Keys beside flight.replay that would have no effect, unless they say what they say by default."""
+    parts = [(name, getattr(scenario, name), key) for name, keys in UNUSED.items() for key in keys]
+    return [
+        (f"{name}.{key}", "has no effect beside flight.replay", "leave it out, or no replay")
+        for name, part, key in parts
+        if getattr(part, key) != type(part).model_fields[key].default
+    ]

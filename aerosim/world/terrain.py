@@ -111,11 +111,7 @@ class Terrain:
         Raises InputError if there is no elevation at all.
         """
         corners = np.column_stack([np.asarray(easting, float), np.asarray(northing, float)])
-        low, high = corners.min(axis=0) - half_width, corners.max(axis=0) + half_width
-        resolution = max(float((high - low).max()) / 2000.0, self.elevation_file.native_resolution(self.grid.crs))
-        if self._corridors is None or self._corridors.resolution_m != resolution:
-            self._corridors = self.elevation(resolution)  # kept: a block has a hundred lines over the same land
-        window = self._corridors.covering(low[0], low[1], high[0], high[1])
+        resolution, window = self._overview(corners, half_width)
         e, n = _corridor(corners, half_width, 2.0 * resolution)
         heights = sample(window, e, n)
         known = heights[np.isfinite(heights)]
@@ -124,6 +120,22 @@ class Terrain:
         return GroundHeights(
             float(known.mean()), float(known.min()), float(known.max()), 1.0 - len(known) / heights.size
         )
+
+    def heights(self, easting: ArrayLike, northing: ArrayLike) -> Array:
+        """Ellipsoidal heights of the ground at points (n,), m; NaN where there are none.
+
+        Means of cells of up to 1/2000 of the points' spread.
+        """
+        points = np.column_stack([np.asarray(easting, float), np.asarray(northing, float)])
+        return sample(self._overview(points, 0.0)[1], *points.T)
+
+    def _overview(self, points: Array, beyond: float) -> tuple[float, Window]:
+        """Cell (m) and heights of the land that holds points (n, 2) and so much (m) around them."""
+        low, high = points.min(axis=0) - beyond, points.max(axis=0) + beyond
+        resolution = max(float((high - low).max()) / 2000.0, self.elevation_file.native_resolution(self.grid.crs))
+        if self._corridors is None or self._corridors.resolution_m != resolution:
+            self._corridors = self.elevation(resolution)  # kept: a block has a hundred lines over the same land
+        return resolution, self._corridors.covering(low[0], low[1], high[0], high[1])
 
     def shortfall(self, easting: ArrayLike, northing: ArrayLike) -> Array:
         """How far points (n,), m, lie outside of the rasters' outline, m; 0 inside."""

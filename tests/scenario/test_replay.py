@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from flown_paths import columns_of, race_track, write_csv
+from flown_paths import columns_of, on_plane, race_track, write_csv
 
 from aerosim.cli.app import call
 from aerosim.errors import InputError
 from aerosim.scenario import from_mapping
+from aerosim.scenario.build import replayed, terrain_of
 from aerosim.scenario.build.replay import replay_of
+from aerosim.scenario.emit import to_yaml
+from aerosim.scenario.load import load
 from aerosim.scenario.replay import Replay
 from aerosim.world.synthetic import Ground, make_terrain
 
@@ -61,6 +65,92 @@ def test_what_is_refused(replay: Any, key: str, said: str) -> None:
         scenario(replay)
     assert caught.value.key == key
     assert said in str(caught.value)
+
+
+def over_mountain(path: Path, height: Any, place: tuple[float, float] = (36.5, -84.3)) -> str:
+    """Five minutes to the east over pine_mountain; height: of each second, m."""
+    t = np.arange(0.0, 300.0)
+    track = on_plane(t, 0.0 * t, 60.0 * t, height + 0.0 * t, (math.radians(place[0]), math.radians(place[1])))
+    # The plane leaves the ellipsoid by 25 m in 18 km: heights as they are wanted.
+    return str(write_csv(path / "low.csv", columns_of(track) | {"height_m": height + 0.0 * t}))
+
+
+def build(replay: Any, **other: Any) -> Any:
+    land = {"source": "pine_mountain", "outside": "mask"}
+    made = from_mapping({"name": "x", "terrain": land, "flight": {"replay": replay}, **other})
+    return replayed(made, terrain_of(made))
+
+
+@pytest.mark.parametrize("height", [200.0, 600.0, 950.0])
+def test_lines_through_the_land_are_refused_with_what_lifts_them(tmp_path: Path, height: float) -> None:
+    file = over_mountain(tmp_path, height)
+    with pytest.raises(InputError) as caught:
+        build(file)
+    error, said = caught.value, str(caught.value)
+    assert error.key == "flight.replay"
+    assert error.where == file
+    found = re.search(
+        r"line 0 is (\d+) m .* at \d+ s, (\d+) m (above|below) the highest ground.*\((\d+) m\)", said
+    )
+    assert found, said
+    low, clear, high = float(found[1]), float(found[2]) * (1 if found[3] == "above" else -1), float(found[4])
+    assert low == pytest.approx(height, abs=1.0)
+    assert low - high == pytest.approx(clear, abs=1.0)
+    # What is said to help, does; a metre less does not.
+    offset = float(re.search(r"height_offset_m from (\d+) on", said)[1])  # type: ignore[index]
+    _, route = build({"file": file, "height_offset_m": offset})
+    assert route.plan.height == pytest.approx(high + 150.0, abs=1.5)
+    with pytest.raises(InputError, match=r"14\d m above|150 m above"):
+        build({"file": file, "height_offset_m": offset - 1.1})
+
+
+def test_a_turn_through_the_land_is_refused_and_lines_above_it_are_not_enough(tmp_path: Path) -> None:
+    t = np.arange(0.0, 300.0)
+    deep = 2000.0 - 1900.0 * np.exp(-(((t - 150.0) / 25.0) ** 2))
+    file = over_mountain(tmp_path, deep)
+    with pytest.raises(
+        InputError, match=r"the path is 1\d\d m above the ellipsoid at 1[45]\d s, \d+ m below the ground"
+    ):
+        build({"file": file, "line_min_m": 2000.0})
+    replay, _ = build({"file": file, "line_min_m": 2000.0, "to_s": 90.0})
+    assert len(replay.lines) == 1
+
+
+def test_a_wind_that_the_ground_speed_cannot_bear_is_refused(tmp_path: Path) -> None:
+    # From the side: 60 m/s over ground and w of wind are an airspeed of hypot(60, w); w is 0.8 of it at 80 m/s.
+    file = over_mountain(tmp_path, 2000.0)
+    build(file, air={"wind": {"speed_m_s": 79.0, "from_deg": 0}})
+    with pytest.raises(InputError, match=r"81\.0 m/s of wind make an airspeed of 100\.\d m/s") as caught:
+        build(file, air={"wind": {"speed_m_s": 81.0, "from_deg": 0}})
+    assert caught.value.key == "air.wind"
+
+
+@pytest.mark.parametrize(
+    ("section", "key", "value"),
+    [
+        ("flight", "height_m", 2000.0),
+        ("flight", "height_above", "ellipsoid"),
+        ("flight", "airspeed_m_s", 60.0),
+        ("flight", "bank_max_deg", 25.0),
+        ("flight", "pilot", "navigator"),
+        ("flight", "navigator", {"look_s": 100.0}),
+        ("aircraft", "model", "beaver"),
+        ("aircraft", "fuel_kg", 300.0),
+    ],
+)
+def test_keys_without_effect_are_refused(section: str, key: str, value: Any) -> None:
+    data: dict[str, Any] = {"name": "x", "terrain": {"source": "pine_mountain"}, "flight": {"replay": "a.csv"}}
+    data.setdefault(section, {})[key] = value
+    with pytest.raises(InputError) as caught:
+        from_mapping(data)
+    assert caught.value.key == f"{section}.{key}"
+    assert "has no effect beside flight.replay" in str(caught.value)
+
+
+def test_every_default_may_stand_beside_a_replay(tmp_path: Path) -> None:
+    made = scenario({"file": str(tmp_path / "a.csv"), "from_s": 3.0})
+    (tmp_path / "resolved.yaml").write_text(to_yaml(made), encoding="utf-8")
+    assert load(tmp_path / "resolved.yaml") == made
 
 
 def test_from_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

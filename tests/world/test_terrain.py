@@ -59,11 +59,21 @@ def test_heights_and_grey_at_points(terrain, files):
 
 
 def test_undulation_given_is_added(files, tmp_path):
-    terrain = Terrain.open(*files, 30.0)
+    with rasterio.open(files[1]) as file, rasterio.open(tmp_path / "silent.tif", "w", **file.profile) as silent:
+        silent.write(file.read())
+    terrain = Terrain.open(files[0], tmp_path / "silent.tif", 30.0)
     e, n = EAST + 1000.0, NORTH - 1000.0
     assert float(sample(terrain.elevation().covering(e, n, e, n), e, n)) == pytest.approx(
         plane(e, n) + 30.0, abs=1e-3
     )
+
+
+def test_heights_at_points_of_a_path(terrain):
+    # Straight down the slope, and one point beyond the raster.
+    e, n = EAST + np.array([0.0, 700.0, 4000.0, 9000.0]), NORTH - np.array([0.0, 700.0, 3500.0, 0.0])
+    found = terrain.heights(e, n)
+    assert found[:3] == pytest.approx(plane(e, n)[:3], abs=1e-2)
+    assert np.isnan(found[3])
 
 
 def test_shortfall_says_by_how_much(terrain):
