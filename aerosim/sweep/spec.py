@@ -147,10 +147,10 @@ def make_spec(
     for key in spec.vary:
         if key in NOT_VARIED:
             raise spec.placed(InputError("cannot be varied", key=key, allowed=NOT_VARIED[key]))
-    _check_points(spec, spec.points)
     if spec.size > RUNS_MAX:
         problem = f"{len(spec.points)} points with {spec.seeds} seeds are {spec.size} runs"
         raise spec.placed(InputError(problem, key="seeds", allowed=f"at most {RUNS_MAX}"))
+    _check_points(spec, spec.points)
     return spec
 
 
@@ -185,7 +185,8 @@ def _check_points(spec: SweepSpec, points: Iterable[Point]) -> None:
             number += 1
     except InputError as error:
         values = spec.points[number].values
-        if any(key in error.key for key in values):
+        named = error.key.rpartition(" ")[2]
+        if any(f"{key}.".startswith(f"{named}.") or named.startswith(f"{key}.") for key in values):
             raise
         told = ", ".join(f"{key}={value}" for key, value in values.items())
         raise replace(error, problem=f"{error.problem}, at {told}") from error
