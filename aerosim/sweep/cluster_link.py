@@ -1,0 +1,143 @@
+"""The connection to a Dask scheduler: who is there, what is handed out, what is heard."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import queue
+import secrets
+from contextlib import suppress
+from typing import Any, NamedTuple
+
+from aerosim.errors import InputError
+from aerosim.sweep.admission import Demand, Facts, facts, unfit, versions_here
+from aerosim.sweep.work import Result
+
+CONNECT_S = 8.0
+LOOK_S = 0.5  # between two looks at who is there
+SILENCE_S = 30.0  # after which a scheduler counts as gone
+INSTALL = 'pip install "aerosim-survey[cluster]"'
+
+
+class Crew(NamedTuple):
+    """Who is there.  threads: of each worker, by address."""
+
+    threads: dict[str, int]
+
+
+class Admission(NamedTuple):
+    """What a worker said of itself."""
+
+    worker: str
+    found: Facts | BaseException
+
+
+class End(NamedTuple):
+    """How a task ended.  ticket: its number when it was handed out."""
+
+    ticket: int
+    found: Result | BaseException
+
+
+class Silence(NamedTuple):
+    """The scheduler is gone, or does not answer."""
+
+    why: str
+
+
+class Link:
+    """The connection to a scheduler.  What happens there is put into `heard`, in the order in which it happens.
+
+    threads: of each worker there now, by address.  here: what this process is, which the workers must be too.
+    """
+
+    def __init__(self, address: str) -> None:
+        """Connect.  Raises InputError."""
+        self.address = address
+        self.heard: queue.SimpleQueue[Crew | Admission | End | Silence] = queue.SimpleQueue()
+        self.threads: dict[str, int] = {}
+        self.here = versions_here()
+        self.client = _connect(address)
+        self.client.loop.add_callback(self._look)
+
+    def check(self, demand: Demand | None) -> list[str]:
+        """Workers there now.  Raises InputError that names one of them which cannot take part."""
+        try:
+            self.threads, found = self.client.sync(self._ask_all, demand, callback_timeout=SILENCE_S)
+        except (OSError, TimeoutError) as error:
+            problem = f"the workers at {self.address} do not answer ({error or type(error).__name__})"
+            raise InputError(problem, key="--dask") from error
+        for worker, each in sorted(found.items()):
+            if why := unfit(each, self.threads.get(worker, 1), self.here):
+                raise InputError(f"worker {worker} cannot take part: {why}", key="--dask")
+        return sorted(found)
+
+    def submit(self, ticket: int, call: Any, arguments: tuple[Any, ...], worker: str) -> Any:
+        """Have one worker call a function; its end will be heard.  Returns the future that holds the result."""
+        key = f"aerosim-{ticket}-{secrets.token_hex(8)}"
+        future = self.client.submit(call, *arguments, key=key, workers=[worker], pure=False)
+        self.client.loop.add_callback(self._await, ticket, future)
+        return future
+
+    def ask(self, worker: str, demand: Demand) -> None:
+        """Ask a worker what it is; its answer will be heard."""
+        self.client.loop.add_callback(self._ask, worker, demand)
+
+    def close(self) -> None:
+        """Close the connection; the scheduler forgets what was asked of it."""
+        if self.client.status != "running":  # it is known, and told in our words
+            logging.getLogger("distributed.client").setLevel(logging.CRITICAL)
+        with suppress(OSError, TimeoutError, RuntimeError):
+            self.client.close(timeout=2)
+
+    async def _await(self, ticket: int, future: Any) -> None:
+        try:
+            found = await self.client.gather(future, asynchronous=True)
+        except (Exception, asyncio.CancelledError) as error:
+            self.heard.put(End(ticket, error))
+        else:
+            self.heard.put(End(ticket, found))
+
+    async def _ask_all(self, demand: Demand | None) -> tuple[dict[str, int], dict[str, Any]]:
+        threads = await self.client.nthreads(asynchronous=True)
+        if not threads:  # to ask nobody in particular is an error of Dask's
+            return threads, {}
+        asked = self.client.run(facts, demand, workers=list(threads), asynchronous=True, on_error="return")
+        return threads, await asked
+
+    async def _ask(self, worker: str, demand: Demand) -> None:
+        try:
+            asked = self.client.run(facts, demand, workers=[worker], asynchronous=True, on_error="return")
+            found = (await asyncio.wait_for(asked, SILENCE_S))[worker]
+        except Exception as error:
+            found = error
+        self.heard.put(Admission(worker, found))
+
+    async def _look(self) -> None:
+        """Tell who is there, each time that it changes, until the connection ends."""
+        told: dict[str, int] | None = None
+        while self.client.status == "running":
+            try:
+                threads = await asyncio.wait_for(self.client.nthreads(asynchronous=True), SILENCE_S)
+            except Exception as error:
+                self.heard.put(Silence(str(error) or type(error).__name__))
+                return
+            if threads != told:
+                told = self.threads = threads
+                self.heard.put(Crew(threads))
+            await asyncio.sleep(LOOK_S)
+        self.heard.put(Silence("the connection is closed"))
+
+
+def _connect(address: str) -> Any:
+    """Client of a scheduler.  Raises InputError."""
+    try:
+        import distributed
+    except ImportError as error:
+        raise InputError("Dask is not installed", key="--dask", allowed=INSTALL) from error
+    connect: Any = distributed.Client
+    try:
+        return connect(address, timeout=CONNECT_S, set_as_default=False)
+    except (OSError, TimeoutError, ValueError, TypeError) as error:
+        problem = f"no Dask scheduler answers at {address!r} ({error})"
+        raise InputError(problem, key="--dask", allowed="the address that `dask scheduler` prints") from error
