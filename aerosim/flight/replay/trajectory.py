@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosim.errors import InputError
+from aerosim.flight.replay.contradiction import check_velocity
 from aerosim.flight.replay.trajectory_file import HEIGHTS, KINDS, NEEDED, Table, read_table
 from aerosim.frames import WGS84_A, Array, wrap_pi
 
@@ -97,6 +98,8 @@ def read_trajectory(
         table = read_table(Path(path))
         found = _from_table(table, height_offset, undulation)
         found = check(found, table.place)
+        way, dt = found.legs()
+        check_velocity(np.hypot(*way.T), np.diff(found.height), dt, found.speed, found.climb, table)
     except InputError as error:
         raise error.at(key=key) from error
     for note in found.notes:

@@ -179,6 +179,54 @@ def test_swapped_coordinates_are_seen_in_the_track(tmp_path: Path) -> None:
     assert "latitude and longitude not swapped" in str(refused(write_csv(tmp_path / "flight.csv", columns)))
 
 
+@pytest.mark.parametrize(
+    ("name", "factor", "said"),
+    [
+        ("groundspeed_kt", 1.0, "groundspeed_kt is 30.9 m/s where the positions make 60 m/s, 0.514 times as much: are its numbers in m/s?"),
+        ("groundspeed_m_s", 3600.0 / 1852.0, "1.94 times as much: are its numbers in kt?"),
+        ("groundspeed_m_s", 3.6, "3.6 times as much: are its numbers in km/h?"),
+        ("groundspeed_kt", 3.6, "are its numbers in km/h?"),
+        ("groundspeed_m_s", 1.3, "1.3 times as much (the velocity"),
+    ],
+)  # fmt: skip
+def test_ground_speeds_of_another_unit_are_refused(tmp_path: Path, name: str, factor: float, said: str) -> None:
+    columns = columns_of(race_track(rate=0.2))
+    columns[name] = np.full_like(columns["t_s"], 60.0 * factor)
+    assert said in str(refused(write_csv(tmp_path / "flight.csv", columns)))
+
+
+@pytest.mark.parametrize(
+    ("name", "factor", "said"),
+    [
+        ("vertical_rate_ftpmin", 1.0, "0.00508 times as much: are its numbers in m/s?"),
+        ("vertical_rate_m_s", -1.0, "-1 times as much: is it positive downwards?"),
+        ("vertical_rate_m_s", 3.28084, "3.28 times as much: are its numbers in ft/s?"),
+        ("vertical_rate_m_s", 1.0, ""),
+    ],
+)  # fmt: skip
+def test_vertical_rates_that_are_none_are_refused(tmp_path: Path, name: str, factor: float, said: str) -> None:
+    columns = columns_of(race_track(rate=0.2))
+    # Up at 5 m/s and down again: whatever the way.
+    t = columns["t_s"]
+    half = t < t[-1] / 2.0
+    columns["height_m"] = 1500.0 + 5.0 * np.minimum(t, t[-1] - t)
+    columns[name] = np.where(half, 5.0, -5.0) * factor
+    path = write_csv(tmp_path / "flight.csv", columns)
+    if said:
+        assert said in str(refused(path))
+    else:
+        read_trajectory(path)
+
+
+def test_velocities_a_little_off_stay(tmp_path: Path) -> None:
+    # A tenth too fast, stamps seconds late, a receiver's whole numbers: no other unit.
+    columns = columns_of(race_track(rate=0.2))
+    rng = np.random.default_rng(1)
+    columns["t_s"] = columns["t_s"] + rng.uniform(0.0, 2.0, len(columns["t_s"]))
+    columns["groundspeed_kt"] = np.round(1.1 * 60.0 * 3600.0 / 1852.0 + rng.normal(0.0, 3.0, len(columns["t_s"])))
+    assert np.isfinite(trajectory(tmp_path, columns).speed).all()
+
+
 def test_orthometric_heights_need_a_geoid(tmp_path: Path) -> None:
     path = file_of(tmp_path, *ROWS, head=HEAD.replace("height_m", "orthometric_height_m"))
     assert "refer to a geoid" in str(refused(path))
