@@ -164,7 +164,10 @@ def _tell(**what: object) -> None:
 
 
 def _bound() -> None:
-    """No memory without limit, no core file, no endless text, where the system can do that."""
+    """No memory without limit, no core file, no endless text, where the system can do that.
+
+    And no endless time: whoever started this may have died before it could end it.
+    """
     try:
         import resource
     except ImportError:
@@ -173,6 +176,7 @@ def _bound() -> None:
         (resource.RLIMIT_AS, MEMORY_LIMIT),
         (resource.RLIMIT_CORE, 0),
         (resource.RLIMIT_FSIZE, PRINT_LIMIT),
+        (resource.RLIMIT_CPU, round(2.0 * TIME_LIMIT_S)),
     ):
         _, hard = resource.getrlimit(kind)
         least = wanted if hard == resource.RLIM_INFINITY else min(wanted, hard)

@@ -4,6 +4,7 @@ import math
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import threading
@@ -407,6 +408,13 @@ def test_memory_is_bounded() -> None:
     ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert ended.returncode == 1
     assert "MemoryError" in ended.stderr
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="other systems have other limits")
+def test_a_trial_ends_though_nobody_waits_for_it() -> None:
+    code = "from aerosim.flight.own import probe\nprobe.TIME_LIMIT_S = 0.5\nprobe._bound()\nwhile True: pass"
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, timeout=30.0, check=False)
+    assert ended.returncode == -signal.SIGXCPU
 
 
 def test_the_words_of_a_crash() -> None:
