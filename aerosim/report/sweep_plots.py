@@ -111,8 +111,11 @@ def _legend(figure: Any, ax: Any, key: str) -> None:
         figure.legend(handles, labels, loc="outside upper center", ncols=columns, title=word(key), fontsize=9)
 
 
-def over_parameter(metric: MetricView, varied: Mapping[str, Sequence[Any]], axes: Axes) -> str:
-    """The metric over the first key, one curve for each value of the second, a panel for each of the third."""
+def draw_over_parameter(metric: MetricView, varied: Mapping[str, Sequence[Any]], axes: Axes) -> Any:
+    """The metric over the first key, one curve for each value of the second, a panel for each of the third.
+
+    Returns a matplotlib figure.
+    """
     panels = list(varied[axes.panel])[:PANELS_MOST] if axes.panel else [None]
     with style() as figure_class:
         figure, places = _panels(figure_class, len(panels))
@@ -124,6 +127,13 @@ def over_parameter(metric: MetricView, varied: Mapping[str, Sequence[Any]], axes
         _room(places, metric.drawn, max(len(varied.get(axes.curve, ())), 1))
         places[0].set_ylabel(_name(metric))
         _legend(figure, max(places, key=lambda ax: len(ax.get_legend_handles_labels()[1])), axes.curve)
+        return figure
+
+
+def over_parameter(metric: MetricView, varied: Mapping[str, Sequence[Any]], axes: Axes) -> str:
+    """The same, to stand in a page."""
+    figure = draw_over_parameter(metric, varied, axes)
+    with style():
         return to_svg(figure)
 
 

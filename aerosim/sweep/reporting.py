@@ -51,8 +51,7 @@ def view_of(table: pa.Table, spec: SweepSpec, text: str, status: str = "") -> Sw
     from aerosim.report.sweep_view import SweepView
 
     keys = parameters_of(table)
-    points = table.select(keys).to_pylist() if keys else [{}]
-    varied = {key: list({identity(p[key]): p[key] for p in points}.values()) for key in keys}
+    varied = varied_of(table)
     grid = spec.sampling == "grid"
     axes = axes_of(varied)
     compared = axes.curve or axes.x
@@ -84,6 +83,11 @@ def view_of(table: pa.Table, spec: SweepSpec, text: str, status: str = "") -> Sw
             if name not in focus and not name.startswith(NOT_TOLD)
         ],
     )  # fmt: skip
+
+
+def varied_of(table: pa.Table) -> dict[str, list[Any]]:
+    """Values of each varied key, in the order of the points."""
+    return {key: list({identity(v): v for v in table[key].to_pylist()}.values()) for key in parameters_of(table)}
 
 
 def axes_of(varied: Mapping[str, Sequence[Any]]) -> Axes:

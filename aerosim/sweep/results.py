@@ -95,6 +95,15 @@ class Sweep:
 
         return stats.effects(self.table, metric, self.parameters, level)
 
+    def plot(self, metric: str, **axes: Any) -> Any:
+        """Means of a metric over what was varied, with confidence bands: a matplotlib figure.
+
+        axes: keys `x`, `curve` and `panel`, see aerosim.sweep.plotting.plot.  Raises InputError.
+        """
+        from aerosim.sweep.plotting import plot
+
+        return plot(self.table, metric, **axes)
+
 
 def open_sweep(path: Path | str) -> Sweep:
     """Open a sweep directory.  Raises InputError if it is none."""
