@@ -16,6 +16,7 @@ from aerosim.sweep import folder
 from aerosim.sweep.book import Book
 from aerosim.sweep.executor import Executor
 from aerosim.sweep.order import flight_order
+from aerosim.sweep.reporting import write_report
 from aerosim.sweep.results import Sweep
 from aerosim.sweep.spec import SweepSpec
 from aerosim.sweep.table import write_table
@@ -182,6 +183,12 @@ class _Course:
         if self.progress is not None:
             self.progress(self.flown, max(self.to_fly, self.flown))
 
+    def _sentence(self) -> str:
+        """How the sweep ended, for the report."""
+        if self.book.stopped is None or self.book.stopped >= self.spec.seeds:
+            return ""
+        return f"Stopped after {self.book.stopped} of {self.spec.seeds} seeds: {self.spec.stop_when} holds."
+
     def finish(self, status: str, workers: int) -> None:
         """Write the table, the summary and the report.  Raises RunFailure if they cannot be written."""
         figures: dict[str, Any] = {
@@ -194,6 +201,8 @@ class _Course:
         try:
             write_table(self.out / folder.TABLE, self.book.table())
             write_whole(self.out / folder.SUMMARY, json.dumps(figures, indent=1) + "\n")
+            if status == "done":
+                write_report(self.out, self.spec, self._sentence())
         except OSError as error:
             text = f"{self.out} cannot be written: {error.strerror or error}; --resume goes on"
             raise self._end(RunFailure(text)) from error
