@@ -51,7 +51,7 @@ class MadeUp:
 
     @property
     def phase(self) -> Phase:
-        return Phase.DONE if self.done else list(Phase)[self.marks[self.step // 50][2]]
+        return Phase.DONE if self.done else list(Phase)[self.marks[self.step // 50][2] % 3]
 
     @property
     def cross_track(self) -> float:
@@ -96,7 +96,7 @@ def sortie(name: str, duration: float = 1.0, rate: float = 120.0) -> Sortie:
 
 
 def fly_one(folder: str, name: str, seed: int, pause: float) -> tuple[int, list[float]]:
-    """What a process of its own does: ask a folder for a flight.  Returns how many it flew, and its first state."""
+    """What a process of its own does: ask a folder for a flight.  Returns how many it flew, and a state."""
     from pathlib import Path
 
     from aerosim.sweep.flights import Flights

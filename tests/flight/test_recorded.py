@@ -1,4 +1,4 @@
-"""A flight flown again from its recording is the same to the last bit, whatever camera looks at it, and ends alike."""
+"""A flight from its recording is the same to the last bit, whatever camera looks at it, and ends alike."""
 
 from __future__ import annotations
 
@@ -125,7 +125,7 @@ def test_a_loss_between_two_looks_is_found_at_the_same_step(folder: Path) -> Non
         twin.start(0.64, -1.47, 3000.0, 1.5, 69.44)
         twin.advance(30)
         twin._set("inertia/pointmass-weight-lbs", 0.0)
-        with pytest.raises(RunFailure) as caught:
+        with pytest.raises(RunFailure) as caught:  # noqa: PT012
             for _ in range(100):
                 twin.advance(part)
         reasons.append(str(caught.value))
@@ -223,5 +223,3 @@ def test_it_is_small_and_cheaper_than_flying() -> None:
         return time.process_time() - started
 
     assert timed(again) < 0.2 * timed(direct)
-
-
