@@ -66,6 +66,7 @@ LEVELS = [
     {"height_m": 0.0, "speed_m_s": 4.0, "from_deg": 10.0},
     {"height_m": 4e3, "speed_m_s": 8.0, "from_deg": 50.0},
 ]
+THERMAL = {"center_deg": [36.52, WEST + 0.01], "radius_m": 900.0, "strength_m_s": 2.0}
 # first part of a key -> what makes it count
 CONTEXT: list[tuple[str, dict[str, Any]]] = [
     ("air.wind.profile", {"air.wind": {"profile": LEVELS}}),
