@@ -10,7 +10,7 @@ from aerosim.frames import Array
 
 MOST_CORNERS = 2000
 NEAR = 1e-3  # m: corners nearer to each other are one
-FLAT = 1e-6  # of the perimeter's square: a polygon of less area is none
+FLAT = 1e-5  # of the perimeter's square: a polygon of less area is none
 
 
 def ring_of(points: ArrayLike) -> Array:
@@ -75,6 +75,16 @@ def inside(ring: Array, x: Array, y: Array) -> NDArray[np.bool_]:
     for row, level in enumerate(y):
         for low, high in section(ring, float(level)):
             found[row, np.searchsorted(x, low) : np.searchsorted(x, high, side="right")] = True
+    return found
+
+
+def holds(ring: Array, points: Array) -> NDArray[np.bool_]:
+    """Which points (n, 2), m, lie within a ring (m, 2), m; unknown ones (NaN) do not.  (n,)."""
+    found = np.zeros(len(points), bool)
+    x, y = points.T
+    for (x0, y0), (x1, y1) in zip(ring, np.roll(ring, -1, axis=0), strict=True):
+        if y0 != y1:
+            found ^= ((y0 <= y) != (y1 <= y)) & (x < x0 + (y - y0) / (y1 - y0) * (x1 - x0))
     return found
 
 

@@ -106,7 +106,7 @@ def test_the_table_names_what_a_crew_asks_for(aerosim: Aerosim) -> None:
         "coverage.gaps",
     ):
         assert f"\n{word} " in result.out
-    (head,) = (line for line in result.out.splitlines() if line.startswith("line "))
+    (head,) = (line for line in result.out.splitlines() if line.startswith("name ") and "course" in line)
     assert {"name", "course_deg", "drift_deg", "photos", "interval_s", "blur_px"} <= set(head.split())
     assert all(line.startswith("warning: ") for line in result.err.splitlines())
     assert "blur of" in result.err
@@ -148,7 +148,6 @@ def test_too_little_power_is_told_before_the_flight(aerosim: Aerosim) -> None:
 BOW = '{"type": "Polygon", "coordinates": [[[-84.3, 36.5], [-84.2, 36.56], [-84.2, 36.5], [-84.3, 36.56]]]}'
 SWAPPED = '{"type": "Polygon", "coordinates": [[[36.5, -84.3], [36.5, -84.2], [36.56, -84.2]]]}'
 SHORT = '{"type": "LineString", "coordinates": [[-84.3, 36.5], [-84.2999, 36.5]]}'
-BOTH = '{"type": "GeometryCollection", "geometries": [%s, {"type": "LineString", "coordinates": [[-84.3, 36.5], [-84.2, 36.5]]}]}'
 TINY = "start_latitude_deg,start_longitude_deg,end_latitude_deg,end_longitude_deg\n36.5,-84.3,36.5,-84.2\n36.5,-84.3,36.5,-84.297\n"
 
 
@@ -158,13 +157,15 @@ TINY = "start_latitude_deg,start_longitude_deg,end_latitude_deg,end_longitude_de
         ("a.geojson", BOW, (), "a.geojson: polygon crosses or touches itself at latitude 36.53"),
         ("a.geojson", SWAPPED, (), "latitude and longitude are swapped"),
         ("a.geojson", SHORT, (), "line of 0.00895"),
-        ("a.geojson", BOTH % AREA, (), "a.geojson: holds 1 areas and 1 lines (one area, or nothing but lines)"),
         ("a.csv", TINY, (), "ends before a first strip is recognised"),
         ("a.geojson", AREA.replace("36.56", "38.56"), (), "a.geojson: "),
         ("a.geojson", AREA, ("--height_m", "200", "--min_interval_s", "0.5"), "--height_m: 860 m above the ellipsoid is not above the area's highest ground"),
         ("a.geojson", AREA, ("--height_m", "-5"), "--height_m: -5 is out of range (more than 0)"),
         ("a.geojson", AREA, ("--height_m", "30000"), "--height_m: 30000.0 is out of range"),
         ("a.geojson", AREA, ("--height_m", "900", "--gsd_m", "0.1"), "--gsd_m: given twice (--height_m or --gsd_m)"),
+        ("a.geojson", AREA, ("--gsd_m", "2"), "--gsd_m: 2 m is flown at 25333 m (a height of more than 0, at most 20000 m)"),
+        ("a.csv", "latitude_deg;longitude_deg\n36.5;-84.3\n", (), "a.csv:1: columns are parted by semicolons (commas)"),
+        ("a.geojson", AREA, ("--terrain", "nowhere"), "or ORTHOPHOTO,ELEVATION)"),
         ("a.geojson", AREA, ("--gsd_m", "nan"), "--gsd_m: nan is out of range"),
         ("a.geojson", AREA, ("--course_deg", "north"), "--course_deg: 'north' is no course (auto, or 0 to 360)"),
         ("a.geojson", AREA, ("--course_deg", "400"), "--course_deg: 400.0 is out of range"),
@@ -193,3 +194,42 @@ def test_what_cannot_be_planned(
     assert result.err.count("\n") == 1
     assert words in result.err
     assert sorted(file.name for file in tmp_path.iterdir()) == before
+
+
+def test_what_check_wrote_is_flown_and_planned_again(aerosim: Aerosim) -> None:
+    Path("a.yaml").write_text(
+        "name: a\nterrain: {source: pine_mountain}\nflight: {area: {file: area.geojson}, height_m: 1500}\n"
+    )
+    first = json.loads(aerosim("check", "a.yaml", "--out", "x.geojson", "--json").out)
+    names = [line["name"] for line in first["lines"]]
+    assert names == [str(k + 1) for k in range(len(names))]
+    assert [pair["lines"].split(", ") for pair in first["side_lap"]] == [
+        list(pair) for pair in zip(names[:-1], names[1:], strict=True)
+    ]
+    shapes = [each["properties"] for each in json.loads(Path("x.geojson").read_text())["features"]]
+    assert {each["line"] for each in shapes if each["kind"] == "photo"} == set(names)
+    assert [each["telemetry_line"] for each in shapes if each["kind"] == "line"] == list(range(len(names)))
+    for key in ("flight.file=x.geojson", "flight.area.file=x.geojson"):
+        head = (
+            "flight: {height_m: 1500, area: {file: x.geojson}}"
+            if "area" in key
+            else ("flight: {height_m: 1500, file: x.geojson}")
+        )
+        Path("b.yaml").write_text(f"name: b\nterrain: {{source: pine_mountain}}\n{head}\n")
+        again = json.loads(aerosim("check", "b.yaml", "--json").out)
+        assert [line["name"] for line in again["lines"]] == names
+    planned = json.loads(aerosim("plan", "x.geojson", "--height_m", "1500", "--json").out)
+    assert planned["coverage"]["area_km2"] == pytest.approx(first["coverage"]["area_km2"], rel=1e-6)
+
+
+def test_a_line_with_swapped_places_is_guessed(aerosim: Aerosim) -> None:
+    Path("try.yaml").write_text(
+        CHECK.replace("[36.52, -84.38]", "[-84.38, 36.52]").replace("[36.52, -84.12]", "[-84.12, 36.52]")
+    )
+    result = aerosim("check", "try.yaml")
+    assert result.code == 2
+    assert "latitude and longitude are swapped" in result.err
+
+
+def test_a_terrain_file_that_is_missing(aerosim: Aerosim) -> None:
+    assert aerosim("terrain", "info", "nofile.tif").err.startswith("nofile.tif: no such file")

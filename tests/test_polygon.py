@@ -35,6 +35,16 @@ def test_inside_is_that_of_another_library(ring: np.ndarray) -> None:
     assert (mine == outer)[sure].all()
 
 
+@given(stars)
+def test_points_held_are_those_inside(ring: np.ndarray) -> None:
+    x, y = np.linspace(-101.3, 99.7, 23), np.linspace(-100.9, 100.1, 19)
+    points = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+    held = [Path(ring).contains_points(points, radius=r) for r in (1e-6, -1e-6)]
+    sure = held[0] == held[1]
+    assert (polygon.holds(ring, points) == held[0])[sure].all()
+    assert not polygon.holds(ring, np.array([[np.nan, 0.0], [0.0, np.nan]])).any()
+
+
 @given(stars, st.floats(-90.0, 80.0), st.floats(1.0, 60.0))
 def test_a_strip_is_what_its_sections_cover(ring: np.ndarray, low: float, thick: float) -> None:
     found = polygon.strip(ring, low, low + thick)

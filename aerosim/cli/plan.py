@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -54,8 +53,8 @@ def _show(found: Mapping[str, Any], as_json: bool) -> None:
         return
     pairs = found.get("side_lap") or ()
     print_table({key: value for key, value in found.items() if key not in ("lines", "side_lap", "warnings")})
-    print_columns([("line", "name", *COLUMNS.values())] + [
-        (str(k), str(line["name"]), *(_cell(line[key]) for key in COLUMNS)) for k, line in enumerate(lines)
+    print_columns([("name", *COLUMNS.values())] + [
+        (str(line["name"]), *(_cell(line[key]) for key in COLUMNS)) for line in lines
     ])  # fmt: skip
     print_columns(
         [tuple(pairs[0])] + [tuple(_cell(each) for each in pair.values()) for pair in pairs] if pairs else []
@@ -174,6 +173,32 @@ OPTIONS = {
 }  # fmt: skip
 
 
+HINTS = {
+    "{orthophoto:, elevation:}": "ORTHOPHOTO,ELEVATION",
+    "terrain.outside: mask flies it": "lines on the terrain; --terrain names another one",
+    "frame_camera.min_interval_s": "--min_interval_s",
+    "flight.height_m": "--height_m",
+}
+
+
+def _as_options(error: InputError, area: Path) -> InputError:
+    """An error of the scenario that was made from the options, in their words."""
+    key, problem, allowed = OPTIONS.get(error.key, error.key), error.problem, error.allowed
+    for name, option in HINTS.items():
+        problem, allowed = problem.replace(name, option), allowed.replace(name, option)
+    return InputError(problem, key, allowed, error.where or ("" if key else str(area)))
+
+
+def _by_height(error: InputError, gsd_m: float | None, height: float) -> InputError:
+    """An error about a height that follows from the ground sampling distance."""
+    if gsd_m is None or error.key != "flight.height_m":
+        return error
+    allowed = error.allowed.removeprefix("allowed: ")
+    if error.problem.endswith("is out of range"):
+        return InputError(f"{gsd_m:g} m is flown at {height:.0f} m", "--gsd_m", f"a height of {allowed} m")
+    return InputError(f"{gsd_m:g} m: {error.problem}", "--gsd_m", allowed, error.where)
+
+
 def plan(
     area: Annotated[Path, typer.Argument(metavar="AREA", help="GeoJSON, KML or CSV: one polygon, or lines.")],
     *,
@@ -261,8 +286,7 @@ def plan(
     try:
         found = plan_file(area, settings, wanted)
     except InputError as error:
-        key = OPTIONS.get(error.key, error.key)
-        raise replace(error, key=key, where=error.where or ("" if key else str(area))) from error
+        raise _as_options(_by_height(error, gsd_m, height), area) from error
     _write(found, out, picture, overwrite, whole=False)
     _show(found.figures, as_json)
     return 0

@@ -45,6 +45,8 @@ def datum_of(text: str) -> str | float:
 def _info(source: str, elevation: Path | None, datum: str | float) -> dict[str, Any]:
     from aerosim.world.terrain import Terrain, find_terrain
 
+    if elevation is None and Path(source).suffix and not Path(source).exists():
+        raise InputError("no such file", where=source, allowed="ORTHOPHOTO ELEVATION, or the name of a terrain")
     if elevation is None and Path(source).is_file():
         raise InputError(
             "an orthophoto needs its elevation beside it", where=source, allowed="ORTHOPHOTO ELEVATION"
@@ -75,7 +77,8 @@ def info(
     try:
         found = _info(source, elevation, datum_of(vertical_datum))
     except InputError as error:
-        raise replace(error, key=OPTION_OF.get(error.key, error.key)) from error
+        allowed = error.allowed.replace("{orthophoto:, elevation:}", "ORTHOPHOTO ELEVATION")
+        raise replace(error, key=OPTION_OF.get(error.key, error.key), allowed=allowed) from error
     (print_json if as_json else print_table)(found)
     return 0
 

@@ -98,6 +98,8 @@ class _Area:
 
     def __init__(self, corners: Array, ground: Ground) -> None:
         self._corners, self._ground = corners, ground
+        # points on one parallel enclose something on the plane, but no area was meant
+        polygon.ring_of(EARTH_RADIUS * corners * [1.0, math.cos(float(corners[:, 0].mean()))])
         self.plane = TangentPlane.around(corners)
         self.ring = polygon.ring_of(self.plane.to_plane(corners))
         if (at := polygon.crossing(self.ring)) is not None:
@@ -109,7 +111,7 @@ class _Area:
         low, high = self.ring.min(axis=0), self.ring.max(axis=0)
         if float((high - low).max()) > 500e3:
             raise InputError(
-                f"area of {(high - low).max() / 1e3:.0f} km",
+                f"area {(high - low).max() / 1e3:.0f} km across",
                 allowed="at most 500 km; corners as latitude, longitude",
             )
         self.relief = relief_on(self.plane, (*low, *high), ground.grid, ground.elevation, ground.cell)

@@ -14,13 +14,13 @@ from aerosim.forecast import side_lap
 from aerosim.forecast.land import Land
 from aerosim.forecast.lines import line_figures
 from aerosim.forecast.shots import Shots, planned
+from aerosim.forecast.steady import Steady, steady
 from aerosim.forecast.warned import warnings
 from aerosim.frames import Array
 
 if TYPE_CHECKING:
     from aerosim.flight.plan import FlightPlan, Forecast
     from aerosim.flight.replay.replay import Replay
-    from aerosim.flight.trim import Trim
     from aerosim.projection import Camera
     from aerosim.scenario.build import Route
     from aerosim.scenario.scenario import Scenario
@@ -70,18 +70,22 @@ def forecast(scenario: Scenario) -> dict[str, Any]:
 def outlook(scenario: Scenario) -> Outlook:
     """Forecast of a scenario with the geometry behind it.  Raises InputError as `forecast`."""
     from aerosim.scenario.build import at, replayed, route_of, terrain_of
+    from aerosim.scenario.build.air import air_of
+    from aerosim.scenario.build.journey import REPLAY_SPAN
+    from aerosim.world.air import AIR_RATE_HZ
 
     terrain = terrain_of(scenario)
     if scenario.flight.replay is not None:
         replay, route = replayed(scenario, terrain)
         wind = _wind(scenario, route)
+        air_of(scenario, route.plan, route.ground, REPLAY_SPAN, 1.0 / AIR_RATE_HZ)
         found = _outlook(scenario, terrain, route, wind, replay.forecast(*wind), None)
         return found._replace(path=_path(found.land, replay))
     route = route_of(scenario, terrain)
     wind = _wind(scenario, route)
     with at(scenario, "air.wind"):
         flown = route.plan.forecast(*wind)
-    return _outlook(scenario, terrain, route, wind, flown, _trimmed(scenario, route.plan, wind))
+    return _outlook(scenario, terrain, route, wind, flown, steady(scenario, route, wind))
 
 
 def _outlook(
@@ -90,17 +94,18 @@ def _outlook(
     route: Route,
     wind: tuple[float, float],
     flown: Forecast,
-    trim: Trim | None,
+    aircraft: Steady | None,
 ) -> Outlook:
-    """Forecast of a route over its terrain.  trim: None if no aircraft is known."""
+    """Forecast of a route over its terrain.  aircraft: None if none is known."""
     from aerosim.scenario.build import at, camera_of, planned_vh
+    from aerosim.scenario.build.route import key_of_line
 
     plan, ground, area = route.plan, route.ground, scenario.flight.area
     camera, vh = camera_of(scenario), planned_vh(plan, ground)
     land = Land(plan, terrain, camera, route.corners)
     lines = []
     for index in range(len(plan.lines)):
-        with at(scenario, f"flight.lines.{index}"):
+        with at(scenario, key_of_line(scenario, index)):
             lines.append(line_figures(scenario, plan, flown, index, land, terrain, camera, vh))
     shots = planned(
         land,
@@ -111,11 +116,13 @@ def _outlook(
     # what lies between the lines of a trajectory was not meant to be covered
     ring = _ring(land, plan, route.corners) if scenario.flight.replay is None else None
     lines = [{"name": name, **line} for name, line in zip(route.names, lines, strict=True)]
-    pairs = side_lap.figures(land, side_lap.pairs(land))
+    asked = None if area is None else ring  # the hull of given lines is nobody's area
+    pairs = side_lap.figures(land, side_lap.pairs(land, asked), route.names)
     seen = None if ring is None else covered.coverage(land, shots, ring)
     found: dict[str, Any] = {
         "name": scenario.name,
-        "flight": _flight(plan, flown, ground, trim),
+        "flight": _flight(plan, flown, ground, aircraft),
+        "air": _air(scenario, route),
         "lines": lines,
         "photos": _photos(scenario, camera, plan.height - ground, lines, pairs),
         "side_lap": pairs or None,
@@ -123,7 +130,7 @@ def _outlook(
         "rows": _rows(scenario, vh),
         "storage": _storage(scenario, camera, flown.duration, sum(line["photos"] for line in lines)),
     }
-    found["warnings"] = warnings(scenario, found, None if area is None else area.side_lap_pct)
+    found["warnings"] = warnings(scenario, found)
     return Outlook(found, plan, wind, land, terrain, shots, ring, route.names, seen)
 
 
@@ -132,16 +139,6 @@ def _wind(scenario: Scenario, route: Route) -> tuple[float, float]:
     from aerosim.scenario.build import mean_wind
 
     return mean_wind(scenario, route.plan, route.ground)[:2]
-
-
-def _trimmed(scenario: Scenario, plan: FlightPlan, wind: tuple[float, float]) -> Trim:
-    """Steady flight at the start of each course.  Raises InputError for speeds, heights, fuel, power."""
-    from aerosim.scenario.build import aircraft_of, at
-
-    aircraft = aircraft_of(scenario)
-    with at(scenario, "flight.airspeed_m_s"):
-        first = plan.lines[0]
-        return aircraft.start(*first.start, plan.height, first.course, plan.airspeed, (*wind, 0.0))
 
 
 def _ring(land: Land, plan: FlightPlan, corners: Array | None) -> Array | None:
@@ -161,7 +158,8 @@ def _path(land: Land, replay: Replay) -> Array:
     return land.plane.to_plane(np.column_stack([lat, lon]))
 
 
-def _flight(plan: FlightPlan, flown: Forecast, ground: float, trim: Trim | None) -> dict[str, Any]:
+def _flight(plan: FlightPlan, flown: Forecast, ground: float, aircraft: Steady | None) -> dict[str, Any]:
+    trim = None if aircraft is None else aircraft.trim
     return {
         "duration_s": flown.duration,
         "lines": len(plan.lines),
@@ -173,6 +171,22 @@ def _flight(plan: FlightPlan, flown: Forecast, ground: float, trim: Trim | None)
         "pitch_deg": None if trim is None else math.degrees(trim.pitch),
         "power_kw": None if trim is None else trim.power / 1e3,
         "power_available_kw": None if trim is None else trim.power_available / 1e3,
+        "fuel_kg": None if aircraft is None else aircraft.fuel,
+        "fuel_flow_kg_h": None if aircraft is None else 3600.0 * aircraft.fuel_flow,
+        "fuel_needed_kg": None if aircraft is None else aircraft.fuel_flow * flown.duration,
+    }
+
+
+def _air(scenario: Scenario, route: Route) -> dict[str, Any]:
+    """Section `air`: what holds on the whole flight at its height."""
+    from aerosim.scenario.build.air import turbulence_of
+
+    turbulence = turbulence_of(scenario, route.plan, route.ground)
+    return {
+        "turbulence_sigma_u_m_s": turbulence.sigma_u,
+        "turbulence_sigma_w_m_s": turbulence.sigma_w,
+        "turbulence_length_u_m": turbulence.length_u,
+        "turbulence_length_w_m": turbulence.length_w,
     }
 
 
@@ -211,10 +225,10 @@ def _rows(scenario: Scenario, vh: float) -> dict[str, Any]:
 
 
 def _storage(scenario: Scenario, camera: Camera, duration: float, count: int) -> dict[str, Any]:
-    """Upper bounds, uncompressed.  Pictures: grey of 8 bits; None if they are not written."""
+    """Upper bounds, uncompressed.  Pictures: grey of 8 bits, whether they are written or not."""
     picture = camera.rows * camera.cols / 1e6
     return {
         "telemetry_mb": duration / scenario.record.period_s * TELEMETRY_BYTES / 1e6,
         "picture_mb": picture,
-        "pictures_mb": count * picture if scenario.frame_camera.write else None,
+        "pictures_mb": count * picture,
     }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,18 +13,20 @@ from aerosim import polygon
 from aerosim.forecast.land import Land
 from aerosim.forecast.shots import Shots
 from aerosim.frames import Array
-from aerosim.raster import EARTH_RADIUS
+from aerosim.raster import EARTH_RADIUS, sample
 from aerosim.rasterfile import Values
 
 Counts = NDArray[np.uint16]
 GAPS_TOLD = 20
+LEAST_CELLS = 1000  # of an area
+MOST_CELLS = 2000  # along a side of a grid that is finer than the relief
 
 
 class Coverage(NamedTuple):
     """Photos that see each cell of the relief's grid.
 
     counts: (rows, cols); within: cells of the area whose height is known; unknown: share of the area without
-    height; x, y: east and north of the columns and rows on the plane, m.
+    height; x, y: east and north of the columns and rows on the plane, m; area: of the polygon, m2.
     """
 
     counts: Counts
@@ -31,6 +34,7 @@ class Coverage(NamedTuple):
     unknown: float
     x: Array
     y: Array
+    area: float
 
     @property
     def cell_area(self) -> float:
@@ -63,15 +67,10 @@ def coverage(land: Land, shots: Shots, ring: Array) -> Coverage:
     """Count the photos over the cells of the relief within a ring (n, 2), m, on the plane.
 
     A cell counts if its middle, at its true height, appears in a level photo; that a ridge may stand between is
-    left out.
+    left out.  Of an area of a few cells the grid is finer than the relief.
     """
-    heights, x0, y0, dx, dy = land.relief[:5]
-    low, high = ring.min(axis=0), ring.max(axis=0)
-    c0, c1 = (int(np.clip(round((at - x0) / dx), 0, heights.shape[1] - 1)) for at in (low[0], high[0]))
-    r0, r1 = (int(np.clip(round((at - y0) / dy), 0, heights.shape[0] - 1)) for at in (high[1], low[1]))
-    x = x0 + dx * np.arange(c0, max(c1, c0 + 1) + 1, dtype=np.float64)
-    y = y0 + dy * np.arange(r0, max(r1, r0 + 1) + 1, dtype=np.float64)
-    piece = np.ascontiguousarray(heights[r0 : r0 + len(y), c0 : c0 + len(x)])
+    area = abs(polygon.area(ring))
+    piece, x, y = _cells(land, ring, math.sqrt(area / LEAST_CELLS))
     counts = np.zeros(piece.shape, np.uint16)
     half = 0.5 * land.lens_along, 0.5 * land.lens_across
     reach = float(np.hypot(*half)) * (land.height - float(np.nanmin(piece, initial=land.height)))
@@ -79,7 +78,23 @@ def coverage(land: Land, shots: Shots, ring: Array) -> Coverage:
     wanted = polygon.inside(ring, x, y)
     known = np.isfinite(piece)
     unknown = 1.0 - float(known[wanted].mean()) if wanted.any() else 0.0
-    return Coverage(counts, wanted & known, unknown, x, y)
+    return Coverage(counts, wanted & known, unknown, x, y, area)
+
+
+def _cells(land: Land, ring: Array, finest: float) -> tuple[Values, Array, Array]:
+    """Heights over a ring (n, 2), m, their columns' east and rows' north, m.  finest: cell that suffices, m."""
+    heights, x0, y0, dx, dy = land.relief[:5]
+    low, high = ring.min(axis=0), ring.max(axis=0)
+    step = max(finest, float((high - low).max()) / MOST_CELLS)
+    if step < dx:
+        x = np.arange(low[0] - 0.5 * step, high[0] + step, step)
+        y = np.arange(high[1] + 0.5 * step, low[1] - step, -step)
+        return sample(land.relief, *np.meshgrid(x, y)).astype(heights.dtype), x, y
+    c0, c1 = (int(np.clip(round((at - x0) / dx), 0, heights.shape[1] - 1)) for at in (low[0], high[0]))
+    r0, r1 = (int(np.clip(round((at - y0) / dy), 0, heights.shape[0] - 1)) for at in (high[1], low[1]))
+    x = x0 + dx * np.arange(c0, max(c1, c0 + 1) + 1, dtype=np.float64)
+    y = y0 + dy * np.arange(r0, max(r1, r0 + 1) + 1, dtype=np.float64)
+    return np.ascontiguousarray(heights[r0 : r0 + len(y), c0 : c0 + len(x)]), x, y
 
 
 @njit(cache=True, nogil=True)
@@ -123,8 +138,8 @@ def figures(land: Land, found: Coverage) -> dict[str, Any]:
         lat, lon = np.degrees(land.plane.to_geodetic([east, north]))
         gaps.append({"lat_deg": float(lat), "lon_deg": float(lon), "area_m2": size})
     return {
-        "area_km2": float(found.within.sum()) * found.cell_area / 1e6,
-        "grid_m": float(land.relief.dx),
+        "area_km2": found.area / 1e6,
+        "grid_m": float(found.x[1] - found.x[0]),
         "seen_0_pct": 100.0 * found.share(0),
         "seen_1_pct": 100.0 * found.share(1),
         "seen_2_pct": 100.0 * found.share(2),

@@ -23,7 +23,7 @@ def lines(found: Outlook) -> list[Feature]:
     features = []
     for index, line in enumerate(found.plan.lines):
         figures: dict[str, Any] = found.figures["lines"][index]
-        properties: dict[str, Property] = {"line": index, "height_m": round(found.plan.height, 2)}
+        properties: dict[str, Property] = {"telemetry_line": index, "height_m": round(found.plan.height, 2)}
         properties |= {key: _short(figures[key]) for key in SHOWN}
         features.append(Feature("line", (line.start, line.end), found.names[index], found.plan.height, properties))
     return features
@@ -34,7 +34,7 @@ def everything(found: Outlook) -> list[Feature]:
     features, shots = lines(found), found.shots
     centres, outlines = _geodetic(found, shots.place), _geodetic(found, corners(found.land, shots))
     for number, line in enumerate(shots.line):
-        properties: dict[str, Property] = {"line": int(line), "photo": number}
+        properties: dict[str, Property] = {"line": found.names[line], "photo": number}
         name = f"photo {number}"
         features.append(Feature("photo", (_point(centres[number]),), name, found.plan.height, properties))
         ring = tuple(_point(corner) for corner in outlines[number])

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import pairwise, product
 from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
+from aerosim import polygon
 from aerosim.forecast.land import Land, Track
 from aerosim.frames import Array
 from aerosim.raster import EARTH_RADIUS, bilinear
@@ -35,14 +37,16 @@ class Pair(NamedTuple):
     place: Array
 
 
-def pairs(land: Land) -> list[Pair]:
+def pairs(land: Land, area: Array | None = None) -> list[Pair]:
     """Side lap of all neighbouring lines, from one side of the block to the other.
 
     At each station along both lines: 1 - spacing / (reach of the one + reach of the other), each towards the
-    other, where a photo reaches to the first ground that its edge meets.
+    other, where a photo reaches to the first ground that its edge meets.  area: ring (n, 2), m, on the plane;
+    only stations count at which both edges meet ground within it; if there are none, those with the middle
+    between both edges within.  Pairs without any are left out.
     """
     width = land.width(land.relief.low)
-    found = [_pair(land, *each) for each in _neighbours(land.tracks, width)]
+    found = [_pair(land, *each, area) for each in _neighbours(land.tracks, width)]
     return [pair for pair in found if pair is not None]
 
 
@@ -76,7 +80,7 @@ def _shared(track: Track, other: Track) -> tuple[float, float]:
     return max(0.0, min(ends)), min(track.length, max(ends))
 
 
-def _pair(land: Land, first: int, second: int, low: float, high: float) -> Pair | None:
+def _pair(land: Land, first: int, second: int, low: float, high: float, area: Array | None) -> Pair | None:
     """Side lap of two lines between two places (m) along the first."""
     one, other = land.tracks[first], land.tracks[second]
     along = np.linspace(low, high, min(int((high - low) / land.relief.dx) + 2, STATIONS))
@@ -92,11 +96,22 @@ def _pair(land: Land, first: int, second: int, low: float, high: float) -> Pair 
     for row, (start, way) in enumerate(((here, outward), (there, -outward))):
         _reach(*land.relief[:5], start, way, land.height, 0.5 * land.lens_across, reaches[row])
     lap = 1.0 - spacing / reaches.sum(axis=0)
+    if area is not None:
+        counts = _within(area, here + reaches[0][:, None] * outward, there - reaches[1][:, None] * outward)
+        if not (counts | ~np.isfinite(lap)).any():
+            return None
+        lap = np.where(counts, lap, np.nan)
     if not np.isfinite(lap).any():
         return Pair(first, second, float(spacing.mean()), np.nan, np.nan, here[0])
     at = int(np.nanargmin(lap))
     place = 0.5 * (here[at] + there[at])
     return Pair(first, second, float(np.median(spacing)), float(np.nanmean(lap)), float(lap[at]), place)
+
+
+def _within(area: Array, one: Array, other: Array) -> NDArray[np.bool_]:
+    """Stations that count.  one, other: where both photos' edges meet the ground, (n, 2), m, NaN if unknown."""
+    both = polygon.holds(area, one) & polygon.holds(area, other)
+    return both if both.any() else polygon.holds(area, 0.5 * (one + other))
 
 
 @njit(cache=True, nogil=True)
@@ -126,15 +141,15 @@ def _reach(
             at += dx
 
 
-def figures(land: Land, found: list[Pair]) -> list[dict[str, Any]]:
-    """Section `side_lap` of the forecast."""
+def figures(land: Land, found: list[Pair], names: Sequence[str]) -> list[dict[str, Any]]:
+    """Section `side_lap` of the forecast.  names: of the lines."""
     rows = []
     for pair in found:
         lat, lon = np.degrees(land.plane.to_geodetic(pair.place))
         known = np.isfinite(pair.least)
         rows.append(
             {
-                "lines": f"{pair.first}, {pair.second}",
+                "lines": f"{names[pair.first]}, {names[pair.second]}",
                 "spacing_m": pair.spacing,
                 "side_lap_mean_pct": 100.0 * pair.mean if known else None,
                 "side_lap_min_pct": 100.0 * pair.least if known else None,

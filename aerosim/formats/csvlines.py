@@ -24,6 +24,9 @@ def parse(text: str, where: str) -> list[Feature]:
         raise InputError(f"is no CSV: {error}", where=f"{where}:{reader.line_num}") from error
     first, head = rows[0]
     columns = [cell.strip().lower() for cell in head]
+    for other, word in ((";", "semicolons"), ("\t", "tabs")):
+        if len(columns) == 1 and other in columns[0]:
+            raise InputError(f"columns are parted by {word}", where=f"{where}:{first}", allowed="commas")
     if len(set(columns)) != len(columns):
         raise InputError("a column is given twice", where=f"{where}:{first}", allowed=ALLOWED)
     for number, row in rows[1:]:

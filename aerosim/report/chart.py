@@ -116,12 +116,12 @@ def _north_pair(source: Source, bounds: tuple[float, float, float, float]) -> Ar
 
 
 def _plan(ax: Any, source: Source) -> None:
-    """Planned lines, numbered at their starts."""
+    """Planned lines, named at their starts."""
     ring = {"boxstyle": "circle,pad=0.2", "fc": "#ffffff", "ec": "#000000", "lw": 0.8}
-    for k, (start, end) in enumerate(source.lines_g):
+    for k, (name, (start, end)) in enumerate(zip(source.line_names, source.lines_g, strict=True)):
         label = "planned line" if k == 0 else None
         ax.plot(*zip(start, end, strict=True), color="#000000", lw=1.1, ls=(0, (6, 3)), zorder=4, label=label)
-        ax.annotate(f"{k}", start, ha="center", va="center", fontsize=8.5, zorder=6, bbox=ring)
+        ax.annotate(name, start, ha="center", va="center", fontsize=8.5, zorder=6, bbox=ring)
 
 
 def draw(ax: Any, source: Source) -> None:

@@ -14,7 +14,8 @@ if TYPE_CHECKING:
     from aerosim.forecast.check import Outlook
 
 MAP_PX = 1800
-MOST_NUMBERS = 40
+MOST_NAMES = 40
+MOST_FOOTPRINTS = 120
 GAP = "#d00000"
 HALO = {"fc": "#ffffffd8", "ec": "none"}
 
@@ -91,18 +92,23 @@ def _land(ax: Any, found: Outlook, bounds: tuple[float, float, float, float]) ->
 
 def _photos(ax: Any, plan: _Map) -> None:
     from matplotlib.collections import PolyCollection
+    from matplotlib.patheffects import withStroke
 
-    thin = float(np.clip(60.0 / len(plan.footprints), 0.15, 0.7))
-    ax.add_collection(
-        PolyCollection(list(plan.footprints), facecolors="#ffffff0c", edgecolors="#ffffff", lw=thin, zorder=2)
-    )
-    ax.plot([], [], marker="s", ls="none", mfc="#c8c8c8", mec="#ffffff", ms=9, label="photo footprint")
+    each = -(-len(plan.footprints) // MOST_FOOTPRINTS)
+    shown = list(plan.footprints[::each])
+    thin = float(np.clip(60.0 / len(shown), 0.4, 0.9))
+    ax.add_collection(PolyCollection(shown, facecolors="#ffffff0c", edgecolors="#ffffff", lw=thin, zorder=2))
+    ax.plot(
+        [], [], marker="s", ls="none", mfc="none", mec="#ffffff", ms=9,
+        label="photo footprint" if each == 1 else f"photo footprint, 1 of {each}",
+        path_effects=[withStroke(linewidth=4.0, foreground="#6f7a60")],  # a white line needs land around it
+    )  # fmt: skip
     size = float(np.clip(300.0 / len(plan.centres), 1.0, 3.0))
     ax.plot(*plan.centres.T, "o", ms=size, color=STRIP, mec="#000000", mew=0.3, zorder=6, label="photo")
 
 
 def _ways(ax: Any, plan: _Map) -> None:
-    """Area, lines with direction and number, run-ins and turns."""
+    """Area, lines with direction and name, run-ins and turns."""
     from matplotlib.collections import LineCollection
     from matplotlib.patches import Polygon
 
@@ -117,13 +123,14 @@ def _ways(ax: Any, plan: _Map) -> None:
     ax.add_collection(LineCollection(list(plan.lines), colors=ESTIMATE, lw=1.6, zorder=4, label="line"))
     arrow = {"arrowstyle": "-|>,head_width=0.25,head_length=0.5", "color": ESTIMATE, "lw": 1.6}
     ring = {"boxstyle": "circle,pad=0.2", "fc": "#ffffff", "ec": ESTIMATE, "lw": 0.8}
-    each = -(-len(plan.lines) // MOST_NUMBERS)
+    each = -(-len(plan.lines) // MOST_NAMES)
     for number, (start, end) in enumerate(plan.lines):
         if number % each == 0:
             middle = start + 0.5 * (end - start)
             way = 0.02 * (end - start)
             ax.annotate("", xy=middle + way, xytext=middle - way, arrowprops=arrow, zorder=5)
-            ax.annotate(f"{number}", start, ha="center", va="center", fontsize=7.5, zorder=7, bbox=ring)
+            name = plan.found.names[number]
+            ax.annotate(name, start, ha="center", va="center", fontsize=7.5, zorder=7, bbox=ring)
 
 
 def _gaps(ax: Any, plan: _Map) -> None:
@@ -163,8 +170,15 @@ def _title(found: Outlook) -> str:
     if lap is not None:
         laps.append(f"side lap {photos['side_lap_mean_pct']:.1f} %, least {lap:.1f} %")
     if covered is not None:
-        laps.append(f"on no photo {covered['seen_0_pct']:.2g} % of {covered['area_km2']:.4g} km²")
+        laps.append(f"on no photo {covered['seen_0_pct']:.2g} % of {_area(covered['area_km2'])}")
     return f"{found.figures['name']}: {', '.join(parts)}\n{', '.join(laps)}"
+
+
+def _area(km2: float) -> str:
+    """An area in the unit that suits it."""
+    if km2 >= 0.1:
+        return f"{km2:.4g} km²"
+    return f"{100.0 * km2:.3g} ha" if km2 >= 0.001 else f"{1e6 * km2:.3g} m²"
 
 
 def _furniture(ax: Any, plan: _Map, bounds: tuple[float, float, float, float]) -> None:

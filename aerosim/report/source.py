@@ -91,6 +91,11 @@ class Source:
         return np.stack(ends, axis=1)
 
     @cached_property
+    def line_names(self) -> list[str]:
+        """Names of the planned lines."""
+        return [str(name) for name in self.lines.get("name", range(self.count(self.lines)))]
+
+    @cached_property
     def footprints_g(self) -> Array:
         """Footprint corners of the photos, front left and on to the right: easting, northing, m.  (photos, 4, 2).
 

@@ -57,7 +57,7 @@ def _log_land(rec: rr.RecordingStream, scene: Scene) -> None:
     lines = [scene.draped(np.linspace(a, b, 200)) for a, b in scene.source.lines_g]
     fixed(rec, "world/lines", rr.LineStrips3D(lines, radii=width, colors=LINE_RGB))
     starts = [line[0] for line in lines]
-    names = [f"line {k}" for k in range(len(lines))]
+    names = [f"line {name}" for name in scene.source.line_names]
     fixed(
         rec,
         "world/lines/starts",

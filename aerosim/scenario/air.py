@@ -40,6 +40,14 @@ class WindProfile(Section):
         min_length=1, description="levels by rising height; north and east linear between, constant outside"
     )
 
+    @model_validator(mode="before")
+    @classmethod
+    def _is_no_steady_wind(cls, value: Any) -> Any:
+        for key in ("speed_m_s", "from_deg"):
+            if isinstance(value, dict) and key in value:
+                raise wrong("is given besides profile", "speed_m_s and from_deg, or profile", key)
+        return value
+
     @model_validator(mode="after")
     def _rises(self) -> WindProfile:
         for index, (below, above) in enumerate(pairwise(self.profile), start=1):
@@ -118,7 +126,11 @@ class Turbulence(Section):
         default=None, ge=1e-6, le=0.2, description="mil_f_8785c: probability that sigma is exceeded at this height"
     )
     wind_20ft_m_s: float | None = Field(
-        default=None, ge=0, le=60, description="mil_f_8785c: wind 20 ft above ground; counts below 2000 ft"
+        default=None,
+        ge=0,
+        le=60,
+        description="mil_f_8785c: wind 20 ft above ground; says all up to 1000 ft above ground, "
+        "to 2000 ft by parts with severity or exceedance, above it nothing",
     )
     spectrum: Literal["dryden", "von_karman"] = Field(default="dryden", description="mil_f_8785c: spectrum")
 
@@ -146,6 +158,12 @@ class Gust(Section):
     north_m_s: float = Field(default=0.0, ge=-50, le=50, description="peak of the air's velocity northwards")
     east_m_s: float = Field(default=0.0, ge=-50, le=50, description="peak eastwards")
     down_m_s: float = Field(default=0.0, ge=-50, le=50, description="peak downwards")
+
+    @model_validator(mode="after")
+    def _blows(self) -> Gust:
+        if self.north_m_s == self.east_m_s == self.down_m_s == 0.0:
+            raise wrong("gust without strength", "one of north_m_s, east_m_s, down_m_s other than 0")
+        return self
 
 
 class Thermal(Section):

@@ -24,7 +24,7 @@ class FrameCamera(Section):
     shutter_delay_s: float = Field(
         default=0.05, ge=0, le=10, description="from the trigger to the exposure's start"
     )
-    write: bool = Field(default=False, description="write the pictures, not only their geometry")
+    write: bool = Field(default=False, description="write the pictures (grey, 8 bits), not only their geometry")
     render_pixel_um: float | None = Field(
         default=None, ge=0.5, le=10000, description="pixel of the written pictures; null: pixel_um"
     )

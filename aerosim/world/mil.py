@@ -97,8 +97,8 @@ def mil_turbulence(
     if agl > LOW and exceedance is None:
         raise InputError(
             f"turbulence at {agl:.0f} m above ground does not follow the wind near the ground",
-            key="air.turbulence.severity",
-            allowed=f"light, moderate, severe, or an exceedance; wind_20ft_m_s alone holds below {LOW:.0f} m",
+            key="air.turbulence.severity" if wind_20ft is None else "air.turbulence.wind_20ft_m_s",
+            allowed=f"besides it severity or exceedance; alone it holds up to {LOW:.0f} m (1000 ft)",
         )
     if agl <= LOW:
         assert wind_20ft is not None

@@ -239,6 +239,13 @@ def test_polygons_that_are_none(flat: Ground, corners: list[tuple[float, float]]
         plan_block(np.array([place(*each) for each in corners]), Wanted(2500.0), CAMERA, flat)
 
 
+def test_points_on_one_parallel_are_no_area(flat: Ground) -> None:
+    # 18 km along a parallel bulge 5 m out of the plane's straight line: an area of 0.03 km2, which nobody meant.
+    corners = np.radians([[36.52, -87.1], [36.52, -87.0], [36.52, -86.9]])
+    with pytest.raises(InputError, match="area of zero"):
+        plan_block(corners, Wanted(2500.0), CAMERA, flat)
+
+
 def test_swapped_latitude_and_longitude_are_guessed(flat: Ground) -> None:
     with pytest.raises(InputError, match=r"100 % of the area lie beyond .*: latitude and longitude are swapped"):
         plan_block(rectangle(5e3, 5e3)[:, ::-1], Wanted(2500.0), CAMERA, flat)

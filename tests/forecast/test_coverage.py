@@ -157,6 +157,49 @@ def test_a_gap_is_found_and_placed(tmp_path: Path) -> None:
     assert any("on no photo, the largest gap" in line for line in found["warnings"])
 
 
+def area_over(folder: Path, east: float, north: float, **flight: Any) -> Any:
+    """An area of so many m around the middle, its lines from west to east."""
+    half = [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)]
+    corners = [np.degrees(place(a * east, b * north)).tolist() for a, b in half]
+    area = {"corners_deg": corners, "course_deg": 90.0, **flight}
+    return scenario_of(folder, [], flight={"lines": None, "area": area})
+
+
+def test_side_lap_is_judged_over_the_area_alone(tmp_path: Path) -> None:
+    # A wall of 800 m 300 m east of the area: photos before and after it overlap less there, or not at all.
+    def wall(x: Array, y: Array) -> Array:
+        return np.asarray(np.where(x > 1800.0, 1100.0, 300.0) + 0.0 * y)
+
+    write_land(tmp_path, wall, half_east=9e3, half_north=6e3)
+    found = outlook(area_over(tmp_path, 3000.0, 5000.0, side_lap_pct=20, side_lap_min_pct=15)).figures
+    assert len(found["lines"]) >= 3
+    assert found["photos"]["side_lap_min_pct"] == pytest.approx(20.0, abs=0.5)  # flat: as asked for
+    assert [pair["lines"] for pair in found["side_lap"]] == [
+        f"{k}, {k + 1}" if found["side_lap"][0]["lines"] == "1, 2" else f"{k + 1}, {k}"
+        for k in range(1, len(found["lines"]))
+    ]
+    assert not [line for line in found["warnings"] if "side lap" in line]
+
+
+@pytest.mark.parametrize("course_deg", [90.0, 30.0])
+def test_side_lap_is_nowhere_less_within_the_area(tmp_path: Path, course_deg: float) -> None:
+    write_land(tmp_path, lambda x, y: 2.0 * bumpy(x, y) - 500.0, half_east=10e3, half_north=9e3)
+    scenario = area_over(tmp_path, 7000.0, 6000.0, course_deg=course_deg, side_lap_pct=20, side_lap_min_pct=15)
+    found = outlook(scenario).figures
+    # a hair less where the relief between two of the planner's cells is higher than both
+    assert found["photos"]["side_lap_min_pct"] > 14.8
+    assert not [line for line in found["warnings"] if "side lap" in line]
+
+
+def test_a_tiny_area_is_counted_on_a_finer_grid(tmp_path: Path) -> None:
+    write_land(tmp_path, lambda x, y: 0.0 * x + 300.0, half_east=8e3, half_north=5e3, cell=100.0)
+    found = outlook(area_over(tmp_path, 9.0, 11.0)).figures["coverage"]
+    assert found["area_km2"] == pytest.approx(99e-6, rel=1e-3)
+    assert sum(found[f"seen_{k}_pct"] for k in ("0", "1", "2", "3_or_more")) == pytest.approx(100.0)
+    assert (found["seen_0_pct"], found["unknown_pct"]) == (0.0, 0.0)
+    assert found["grid_m"] < 0.5
+
+
 def test_neighbours_are_those_beside_each_other(tmp_path: Path) -> None:
     write_land(tmp_path, lambda x, y: 0.0 * x + 300.0, half_east=9e3, half_north=6e3, cell=100.0)
     # Out of order, one in two parts, one far off, one across all.

@@ -167,7 +167,7 @@ def geo(kind: str, coordinates: str) -> str:
         ("a.kml", "<kml><Placemark><LineString><coordinates>1,2,nan 3,1</coordinates></LineString></Placemark></kml>", "altitude 'nan' is not"),
         ("a.kml", f"<kml><Placemark>{POLYGON}<innerBoundaryIs/></Polygon></Placemark></kml>", "polygon with holes"),
         ("a.kml", "<kml><Placemark><Polygon/></Placemark></kml>", "polygon with 0 outlines"),
-        ("a.csv", "lat;lon\n1;2\n", "a.csv:1: columns 'lat;lon' are not known"),
+        ("a.csv", "lat;lon\n1;2\n", "a.csv:1: columns are parted by semicolons"),
         ("a.csv", "latitude_deg,longitude_deg\n1,2\n1,2,3\n", "a.csv:3: has 3 values (2)"),
         ("a.csv", "latitude_deg,longitude_deg\n1,2\nx,3\n", "a.csv:3: latitude 'x' is not a number"),
         ("a.csv", "latitude_deg,longitude_deg\n1,2\n,3\n", "a.csv:3: latitude '' is not a number"),

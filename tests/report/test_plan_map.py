@@ -11,7 +11,8 @@ from PIL import Image
 from planned import write_land
 
 from aerosim.forecast.check import Outlook, outlook
-from aerosim.report.plan_map import map_png
+from aerosim.report import plan_map
+from aerosim.report.plan_map import figure_of, map_png
 from aerosim.scenario import from_mapping
 
 
@@ -45,3 +46,22 @@ def test_gaps_are_red_and_only_they(tmp_path: Path, hill: float, gaps: bool) -> 
     # lines in blue, turns in violet, wind in vermilion
     for colour in ((0x00, 0x72, 0xB2), (0x5B, 0x3A, 0x8C), (0xD5, 0x5E, 0x00)):
         assert (np.abs(picture - np.array(colour)).max(axis=-1) < 12).sum() > 40
+
+
+def test_lines_bear_their_names_and_many_footprints_are_thinned(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = plan_over(tmp_path, 0.0)._replace(names=("4b", "7"))
+    axes = figure_of(found).axes[0]
+    assert {"4b", "7"} <= {text.get_text() for text in axes.texts}
+    photos = len(found.shots.place)
+    monkeypatch.setattr(plan_map, "MOST_FOOTPRINTS", photos - 1)
+    thinned = figure_of(found)
+    (shown,) = (each for each in thinned.axes[0].collections if type(each).__name__ == "PolyCollection")
+    assert len(shown.get_paths()) == -(-photos // 2)
+    assert "photo footprint, 1 of 2" in [text.get_text() for text in thinned.legends[0].get_texts()]
+
+
+@pytest.mark.parametrize(("km2", "text"), [(67.58, "67.58 km²"), (0.05, "5 ha"), (99e-6, "99 m²")])
+def test_areas_are_told_in_the_unit_that_suits_them(km2: float, text: str) -> None:
+    assert plan_map._area(km2) == text

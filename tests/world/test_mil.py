@@ -84,8 +84,8 @@ def test_between_the_altitudes_it_is_linear_and_meets_both_ends():
         (2.0, {"severity": "light"}, "air.turbulence"),
         (200.0, {"exceedance": 1e-3}, "air.turbulence.wind_20ft_m_s"),
         (400.0, {"exceedance": 1e-3}, "air.turbulence.wind_20ft_m_s"),
-        (400.0, {"wind_20ft": 5.0}, "air.turbulence.severity"),
-        (2500.0, {"wind_20ft": 5.0}, "air.turbulence.severity"),
+        (400.0, {"wind_20ft": 5.0}, "air.turbulence.wind_20ft_m_s"),
+        (2500.0, {"wind_20ft": 5.0}, "air.turbulence.wind_20ft_m_s"),
         (2500.0, {"exceedance": 0.5}, "air.turbulence.exceedance"),
     ],
 )

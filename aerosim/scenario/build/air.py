@@ -70,6 +70,12 @@ def air_of(scenario: Scenario, plan: FlightPlan, ground: float, span: float, dt:
         )
 
 
+def turbulence_of(scenario: Scenario, plan: FlightPlan, ground: float) -> Turbulence:
+    """Turbulence at the planned height.  ground: as in `wind_field`.  Raises InputError as `air_of`."""
+    with at(scenario, "air"):
+        return _turbulence(scenario.air.turbulence, plan.height, plan.height - ground)
+
+
 def _thermal(thermal: ThermalSection) -> Thermal:
     lat, lon = thermal.center_deg
     return Thermal(radians(lat), radians(lon), thermal.radius_m, thermal.strength_m_s)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import radians
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -67,7 +68,7 @@ def route_of(scenario: Scenario, terrain: Terrain) -> Route:
             under.append(ground_under(scenario, terrain, line))
     ground = float(np.average([heights.mean for heights in under], weights=[line.length for line in lines]))
     height = flight.height_m + (ground if flight.height_above == "mean_terrain" else 0.0)
-    plan = _checked(scenario, lines, height, under)
+    plan = _checked(scenario, lines, height, under, names)
     for line, key in zip(lines, keys, strict=True):
         with at(scenario, key):
             _check_length(scenario, line, height - ground)
@@ -85,10 +86,10 @@ def given_lines(scenario: Scenario) -> tuple[list[Line], tuple[str, ...], list[s
                 lines.append(Line((radians(start[0]), radians(start[1])), (radians(end[0]), radians(end[1]))))
         return lines, tuple(str(index) for index in range(len(lines))), keys
     with at(scenario, "flight.file"):
-        found = read(Path(flight.file))
+        found = [feature for feature in read(Path(flight.file)) if feature.kind == "line"]
+        if not found:
+            raise InputError("holds no line", "", "lines; an area is named in flight.area.file", flight.file)
         for feature in found:
-            if feature.kind != "line":
-                raise InputError("is an area", "", "lines; an area is named in flight.area.file", feature.where)
             try:
                 lines.append(Line(*feature.points))
             except InputError as error:
@@ -97,20 +98,23 @@ def given_lines(scenario: Scenario) -> tuple[list[Line], tuple[str, ...], list[s
     return lines, names, ["flight.file"] * len(lines)
 
 
+def key_of_line(scenario: Scenario, index: int) -> str:
+    """The key that is to blame for a line."""
+    flight = scenario.flight
+    if flight.replay is not None:
+        return "flight.replay"
+    return "flight.area" if flight.area else "flight.file" if flight.file else f"flight.lines.{index}"
+
+
 def corners_of(area: Area) -> Array:
     """Corners of an area, (n, 2) latitude, longitude, rad.  Raises InputError."""
     if area.corners_deg is not None:
         return np.radians(area.corners_deg)
     assert area.file is not None
-    found = read(Path(area.file))
-    if len(found) != 1 or found[0].kind != "area":
-        lines = sum(feature.kind == "line" for feature in found)
-        raise InputError(
-            f"holds {len(found) - lines} areas and {lines} lines",
-            "flight.area.file",
-            "one polygon; lines are named in flight.file",
-            str(area.file),
-        )
+    found = [feature for feature in read(Path(area.file)) if feature.kind == "area"]
+    if len(found) != 1:
+        allowed = "one polygon; lines are named in flight.file"
+        raise InputError(f"holds {len(found)} areas", "flight.area.file", allowed, area.file)
     return np.array(found[0].points)
 
 
@@ -145,7 +149,8 @@ def _over_area(scenario: Scenario, terrain: Terrain, area: Area) -> Route:
     )
     lines = list(block.lines)
     under = [ground_under(scenario, terrain, line) for line in lines]
-    return Route(_checked(scenario, lines, block.height, under), block.ground, block.tracks, corners)
+    plan = _checked(scenario, lines, block.height, under, block.tracks)
+    return Route(plan, block.ground, block.tracks, corners)
 
 
 def ground_under(scenario: Scenario, terrain: Terrain, line: Line) -> GroundHeights:
@@ -153,21 +158,31 @@ def ground_under(scenario: Scenario, terrain: Terrain, line: Line) -> GroundHeig
     east, north = terrain.grid.from_geodetic(*np.transpose([line.start, line.end]))
     outside = float(terrain.shortfall(east, north).max())
     if outside > 0.0 and scenario.terrain.outside == "fail":
+        turned = ": latitude and longitude are swapped" if _fits_swapped(terrain, line) else ""
         raise InputError(
-            f"the line leaves the terrain by {outside:.0f} m", allowed="terrain.outside: mask flies it"
+            f"the line leaves the terrain by {outside:.0f} m{turned}",
+            allowed="latitude, longitude" if turned else "terrain.outside: mask flies it",
         )
     return terrain.mean_height(east, north, CORRIDOR)
 
 
-def _checked(scenario: Scenario, lines: list[Line], height: float, under: list[GroundHeights]) -> FlightPlan:
+def _fits_swapped(terrain: Terrain, line: Line) -> bool:
+    """Whether a line would lie on the terrain with latitude and longitude exchanged."""
+    lon, lat = np.transpose([line.start, line.end])
+    return bool((np.abs(lat) < np.pi / 2).all()) and terrain.contains(*terrain.grid.from_geodetic(lat, lon))
+
+
+def _checked(
+    scenario: Scenario, lines: list[Line], height: float, under: list[GroundHeights], names: Sequence[str]
+) -> FlightPlan:
     """The plan, if it keeps clear of the ground."""
     with at(scenario, "flight.height_m"):
-        for index, heights in enumerate(under):
+        for name, heights in zip(names, under, strict=True):
             if height - heights.high < CLEARANCE:
                 least = scenario.flight.height_m + CLEARANCE - height + heights.high
                 raise InputError(
                     f"{height:.0f} m above the ellipsoid is {height - heights.high:.0f} m "
-                    f"above the highest ground under line {index}",
+                    f"above the highest ground under line {name}",
                     allowed=f"{CLEARANCE:.0f} m and more: flight.height_m from {np.ceil(least):.0f} on",
                 )
         return _plan(scenario, lines, height)
