@@ -43,4 +43,5 @@ def plot(
     shown = [key for key in chosen if key]
     rest = tuple(key for key in varied if key not in shown)
     at = means(table, metric, shown, level)
-    return draw_over_parameter(MetricView(figure_of(metric), at, at), varied, Axes(chosen[0], chosen[1], chosen[2], rest))
+    axes = Axes(chosen[0], chosen[1], chosen[2], rest)
+    return draw_over_parameter(MetricView(figure_of(metric), at, at), varied, axes)

@@ -100,9 +100,10 @@ def test_true_coverage(width: float) -> None:
 
 
 def test_a_skewed_metric_is_covered_too() -> None:
-    """The rms of 10 normal values is skewed as an rms of a flight is; mean and deviation of the chi law by scipy.
+    """The rms of 10 normal values is skewed as that of a flight is; mean and deviation of the chi law by scipy.
 
-    2,000 cases have a deviation of 0.5 %.  Of 20,000 cases 94.9 % are covered; of a gamma law of skewness 1, 93.0 %.
+    2,000 cases have a deviation of 0.5 %.
+    Of 20,000 cases 94.9 % are covered; of a gamma law of skewness 1, 93.0 %.
     """
     law = reference.chi(10)
 
