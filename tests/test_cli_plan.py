@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
@@ -203,9 +204,7 @@ def test_what_check_wrote_is_flown_and_planned_again(aerosim: Aerosim) -> None:
     first = json.loads(aerosim("check", "a.yaml", "--out", "x.geojson", "--json").out)
     names = [line["name"] for line in first["lines"]]
     assert names == [str(k + 1) for k in range(len(names))]
-    assert [pair["lines"].split(", ") for pair in first["side_lap"]] == [
-        list(pair) for pair in zip(names[:-1], names[1:], strict=True)
-    ]
+    assert [pair["lines"].split(", ") for pair in first["side_lap"]] == [list(pair) for pair in pairwise(names)]
     shapes = [each["properties"] for each in json.loads(Path("x.geojson").read_text())["features"]]
     assert {each["line"] for each in shapes if each["kind"] == "photo"} == set(names)
     assert [each["telemetry_line"] for each in shapes if each["kind"] == "line"] == list(range(len(names)))
