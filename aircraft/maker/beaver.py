@@ -130,7 +130,8 @@ gravity.  q^ = q c/V, the whole chord; beta'^ = b/2V times the rate of beta.  t 
 propeller over the dynamic pressure, t = 0.08696 + 191.18 P/(rho V3/2) with the power P at the shaft in kW:
 there is no other thrust.  The flaps df are up in all flights here.""",
     doubts="""The propeller's torque and slipstream turn the aircraft: it flies straight with some rudder,
-aileron and sideslip, as the real one does.  Nothing is known of a stall beyond the identified flights.""",
+aileron and sideslip, as the real one does.  Nothing is known of a stall beyond the identified flights.
+Cnda has the sign of Clda: by this set the aileron yaws into its roll (proverse), where most yaw against it.""",
     speeds_m_s=(35.0, 40.0, 45.0, 50.0, 55.0, 63.9),
     check_m_s=63.9,
     q_chords=1.0,

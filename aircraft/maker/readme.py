@@ -47,7 +47,7 @@ RATES = """
 
 Period figures (proceedings text on the Jena LMK cameras, aircraft of 3 to 6 t flown by hand): roll rates up to
 1 deg/s in smooth air and at most 4 deg/s in medium turbulence, pitch and yaw 20 to 30 % of that, so up to
-1.2 deg/s.  Up to a sigma of 1.0 m/s the amplitudes lie inside; at 1.4 the pitch rate reaches 1.3 to 1.6 deg/s.
+1.2 deg/s.  In the rows of 0.35 and 0.7 the amplitudes lie inside; at 1.4 the greatest pitch rate is above.
 The ratios of the rms are above 0.3: an autopilot that holds the wings level takes out a third of the roll
 rate, and what the height hold and the fin make of the gusts remains.  A softer roll hold would mend the ratio
 and spoil the photos.

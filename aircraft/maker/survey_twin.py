@@ -99,7 +99,8 @@ No terms in the rate of alpha.""",
     doubts="""The lateral values are round, so this is one file's word.  Cndr over CYdr is too long an arm, so
 the yaw damper is kept gentle.  Clr is low for this lift; at 0.13 the spiral would be neutral.  The set is
 linear in lift and knows no stall: `limits.yaml` keeps a flight away from there.  CZq is about twice its class;
-halving it moves the short period by 1 %.""",
+halving it moves the short period by 1 %.  Cnda has the sign of Clda: this aileron yaws into its roll (proverse),
+where most yaw against it; it is small.""",
     speeds_m_s=(50.0, 55.0, 62.0, 69.4, 80.0, 95.0),
     check_m_s=69.4,
     autopilot_note="""The yaw damper takes the source's rudder power at its word; with half of it, it still damps.
