@@ -92,10 +92,10 @@ MIL-F-8785C, class II, category B, level 1 (as heli-air.net quotes its tables):
 
 {table(level_one(at.equations))}
 A measured twin, though a heavier jet, the Cessna Citation II (TU Delft, course AE3212: dutch roll 3.3 to 3.4 s,
-damping 0.08 to 0.13, phugoid 41 s, half in 69 to 79 s, spiral -51 s in one flight).  Its ranges are widened by what
-a derivative model of that very aircraft misses them by: 8 % of the dutch roll's period, 20 % of the phugoid's, a
-factor of two in damping.  It is another, heavier aircraft at the same lift coefficient: "yes" says that the
-motions are those of the class, "no" that this aircraft moves otherwise than a Citation, not that it is wrong.  The
-spiral is stable here and unstable there; under the autopilot neither matters.
+damping 0.08 to 0.13, phugoid 41 s, half in 69 to 79 s, spiral -51 s in one flight).  Its ranges are widened by
+what a derivative model of that very aircraft misses them by: 8 % of the dutch roll's period, 20 % of the
+phugoid's, a factor of two in damping.  It is another, heavier aircraft at the same lift coefficient: "yes" says
+that the motions are those of the class, "no" that this aircraft moves otherwise than a Citation, not that it is
+wrong.  The spiral is stable here and unstable there; under the autopilot neither matters.
 
 {table(measured(at.equations))}"""
