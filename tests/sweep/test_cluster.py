@@ -317,20 +317,23 @@ def test_scheduler_that_dies_ends_the_sweep_with_what_is_done(dask: Cluster, out
 
 def test_worker_that_does_not_see_the_folder_sends_its_result(dask: Cluster, out: Path) -> None:
     # the worker looks for the mark where it is not, as on a machine that does not share the disk
-    apart = FAKE + "there = cluster.fly_there\ncluster.fly_there = lambda task, mark: there(task, mark + '-not')\n"
-    dask.worker(fake=apart)
+    dask.worker(fake=FAKE + HIDE.format(module="cluster"))
     dask.crew(1)
     rows = list(DaskExecutor(dask.address).run(iter([orders(out, 1)])))
     assert [row.status for row in rows] == ["done"]
     assert not result_file(out, "run1").exists()
 
 
+# to this module no file exists
+HIDE = """
+import aerosim.sweep.{module} as module
+module.Path = type("Hidden", (type(Path()),), {{"exists": lambda self: False}})
+"""
+
+
 def blind(dask: Cluster) -> None:
     """A worker to which no file of the driver exists."""
-    hide = (
-        "import aerosim.sweep.admission as a\na.Path = type('Hidden', (a.Path,), {'exists': lambda self: False})\n"
-    )
-    dask.worker(fake=FAKE + hide)
+    dask.worker(fake=FAKE + HIDE.format(module="admission"))
     dask.crew(1)
 
 
@@ -359,10 +362,12 @@ def test_files_of_the_scenario_are_looked_for_on_the_worker(dask: Cluster, out: 
     assert flown(out) == [2]
 
 
+# a preloaded script is run twice: it must not wrap itself
 OTHER_NUMPY = """
 from importlib import metadata
-real = metadata.version
-metadata.version = lambda name: "0.0.1" if name == "numpy" else real(name)
+if not hasattr(metadata, "real"):
+    metadata.real = metadata.version
+    metadata.version = lambda name: "0.0.1" if name == "numpy" else metadata.real(name)
 """
 
 
