@@ -120,10 +120,12 @@ def unfit(found: Facts | BaseException, threads: int, here: Mapping[str, str]) -
 
     found: its facts, or how asking for them ended.  here: versions of the driver.
     """
-    if isinstance(found, (ImportError, AttributeError)):
-        return f"it has no aerosim, or another one ({found}); here it is {here['aerosim']}"
     if isinstance(found, BaseException):
-        return f"it does not say what it is ({type(found).__name__}: {found})"
+        said = f"{type(found).__name__}: {found}"
+        # what went wrong before the call is told by Dask as the text of another exception
+        if any(kind in said for kind in ("ModuleNotFoundError", "ImportError", "AttributeError")):
+            return f"it has no aerosim, or another one ({said}); here it is {here['aerosim']}"
+        return f"it does not say what it is ({said})"
     for name, version in here.items():
         if (there := found.versions.get(name, "missing")) != version:
             return f"{name} is {there} there and {version} here: the same programs give the same table"

@@ -6,6 +6,8 @@ import asyncio
 import logging
 import queue
 import secrets
+import threading
+from collections.abc import Callable
 from contextlib import suppress
 from typing import Any, NamedTuple
 
@@ -13,9 +15,10 @@ from aerosim.errors import InputError
 from aerosim.sweep.admission import Demand, Facts, facts, unfit, versions_here
 from aerosim.sweep.work import Result
 
-CONNECT_S = 8.0
+CONNECT_S = 7.0
 LOOK_S = 0.5  # between two looks at who is there
 SILENCE_S = 30.0  # after which a scheduler counts as gone
+ADDRESS = "the address that `dask scheduler` prints"
 INSTALL = 'pip install "aerosim-survey[cluster]"'
 
 
@@ -135,9 +138,31 @@ def _connect(address: str) -> Any:
         import distributed
     except ImportError as error:
         raise InputError("Dask is not installed", key="--dask", allowed=INSTALL) from error
-    connect: Any = distributed.Client
+    if not address.strip():  # Dask would start workers of its own
+        raise InputError("no address is given", key="--dask", allowed=ADDRESS)
+    make: Any = distributed.Client
     try:
-        return connect(address, timeout=CONNECT_S, set_as_default=False)
-    except (OSError, TimeoutError, ValueError, TypeError) as error:
+        return _in_time(lambda: make(address, timeout=CONNECT_S, set_as_default=False), CONNECT_S + 1.0)
+    except (OSError, TimeoutError, ValueError, TypeError, RuntimeError) as error:
         problem = f"no Dask scheduler answers at {address!r} ({error})"
-        raise InputError(problem, key="--dask", allowed="the address that `dask scheduler` prints") from error
+        raise InputError(problem, key="--dask", allowed=ADDRESS) from error
+
+
+def _in_time(make: Callable[[], Any], seconds: float) -> Any:
+    """What `make` returns or raises.  Raises TimeoutError: Dask waits without end for one who never greets."""
+    ended: queue.SimpleQueue[tuple[Any, Exception | None]] = queue.SimpleQueue()
+
+    def attempt() -> None:
+        try:
+            ended.put((make(), None))
+        except Exception as error:
+            ended.put((None, error))
+
+    threading.Thread(target=attempt, daemon=True).start()
+    try:
+        made, error = ended.get(timeout=seconds)
+    except queue.Empty:
+        raise TimeoutError(f"no greeting within {seconds:g} s") from None
+    if error is not None:
+        raise error
+    return made

@@ -36,6 +36,9 @@ from aerosim.sweep.spec import make_spec
 from aerosim.sweep.work import Result, write_result
 from pathlib import Path
 
+# clusters of processes, started and killed: with the long proofs
+pytestmark = pytest.mark.slow
+
 def fake(task):
     orders = task.parameters
     with open(orders["log"], "a") as log:
@@ -424,10 +427,10 @@ def test_libraries_of_a_worker_use_one_thread(dask: Cluster) -> None:
     assert value == "1"
 
 
-@pytest.mark.parametrize(
-    "address", ["nowhere", "tcp://127.0.0.1:{free}", "foo://127.0.0.1:1", "127.0.0.1:{deaf}", ""]
-)
-def test_unreachable_address(address: str) -> None:
+@pytest.mark.parametrize("address", ["nowhere", "tcp://127.0.0.1:{free}", "foo://127.0.0.1:1", "127.0.0.1:{deaf}"])
+def test_unreachable_address(address: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert cluster_link.CONNECT_S + 1.0 < 9.0, "10 s is what a user is told"
+    monkeypatch.setattr(cluster_link, "CONNECT_S", 1.0)
     with socket.socket() as free, socket.socket() as deaf:
         for each in (free, deaf):
             each.bind(("127.0.0.1", 0))
@@ -436,8 +439,13 @@ def test_unreachable_address(address: str) -> None:
         started = time.monotonic()
         with pytest.raises(InputError, match="no Dask scheduler answers at") as caught:
             DaskExecutor(full)
-    assert time.monotonic() - started < 10.0
+    assert time.monotonic() - started < 4.0
     assert caught.value.key == "--dask"
+
+
+def test_empty_address() -> None:
+    with pytest.raises(InputError, match="--dask: no address is given"):
+        DaskExecutor("")
 
 
 def test_without_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -460,4 +468,3 @@ def test_what_makes_a_worker_unfit() -> None:
         assert unfit(Facts(here | {name: "0"}, ""), 1, here).startswith(f"{name} is 0 there and {here[name]} here")
     assert unfit(Facts(here, "no folder"), 1, here) == "no folder"
     assert "OSError: gone" in unfit(OSError("gone"), 1, here)
-    assert cluster_link.CONNECT_S < 10.0
