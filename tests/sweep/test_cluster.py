@@ -26,6 +26,9 @@ from aerosim.sweep.executor import SerialExecutor
 from aerosim.sweep.spec import make_spec
 from aerosim.sweep.work import Result, Task, read_result, result_file
 
+# clusters of processes, started and killed: with the long proofs
+pytestmark = pytest.mark.slow
+
 pytest.importorskip("distributed")
 
 # what a worker flies instead, in the tests of who flies what: it does what the task's parameters say
@@ -35,9 +38,6 @@ import aerosim.sweep.cluster as cluster
 from aerosim.sweep.spec import make_spec
 from aerosim.sweep.work import Result, write_result
 from pathlib import Path
-
-# clusters of processes, started and killed: with the long proofs
-pytestmark = pytest.mark.slow
 
 def fake(task):
     orders = task.parameters
