@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from aerosim.errors import InputError
@@ -22,7 +24,7 @@ def plot(
     panel: str | None = None,
     level: float = LEVEL,
 ) -> Any:
-    """Means of a metric with confidence bands: matplotlib figure of one row of panels.
+    """Means of a metric with confidence bands: matplotlib figure of one row of panels, shown by a notebook.
 
     x: key along the axis; curve: one curve for each of its values; panel: one panel for each; chosen by kind where
     they are None, "" for none.  Over the other keys the metric is averaged for each seed.
@@ -44,4 +46,13 @@ def plot(
     rest = tuple(key for key in varied if key not in shown)
     at = means(table, metric, shown, level)
     axes = Axes(chosen[0], chosen[1], chosen[2], rest)
-    return draw_over_parameter(MetricView(figure_of(metric), at, at), varied, axes)
+    figure = draw_over_parameter(MetricView(figure_of(metric), at, at), varied, axes)
+    # a notebook draws figures of its own only after `%matplotlib inline`; with this it shows this one anyhow
+    figure._repr_png_ = partial(_png, figure)
+    return figure
+
+
+def _png(figure: Any) -> bytes:
+    out = io.BytesIO()
+    figure.savefig(out, format="png")
+    return out.getvalue()
