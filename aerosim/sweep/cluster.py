@@ -47,6 +47,7 @@ class DaskExecutor:
         Raises InputError, within 10 s, if the extra is not installed, nobody answers there, or a worker differs.
         """
         self.address = address
+        self._left = 0
         self._link: Link | None = Link(address)
         try:
             self._link.check(None)
@@ -56,12 +57,13 @@ class DaskExecutor:
 
     @property
     def workers(self) -> int:
-        """Workers there now."""
-        return len(self._link.threads) if self._link else 0
+        """Workers there now; after the sweep, those at its end."""
+        return len(self._link.threads) if self._link else self._left
 
     def close(self) -> None:
         """Leave the cluster; what is still flown there is not fetched."""
         if self._link:
+            self._left = len(self._link.threads)
             self._link.close()
         self._link = None
 

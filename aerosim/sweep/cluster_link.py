@@ -7,6 +7,7 @@ import logging
 import queue
 import secrets
 import threading
+import time
 from collections.abc import Callable
 from contextlib import suppress
 from typing import Any, NamedTuple
@@ -15,7 +16,7 @@ from aerosim.errors import InputError
 from aerosim.sweep.admission import Demand, Facts, facts, unfit, versions_here
 from aerosim.sweep.work import Result
 
-CONNECT_S = 7.0
+CONNECT_S = 4.0
 LOOK_S = 0.5  # between two looks at who is there
 SILENCE_S = 30.0  # after which a scheduler counts as gone
 ADDRESS = "the address that `dask scheduler` prints"
@@ -141,11 +142,33 @@ def _connect(address: str) -> Any:
     if not address.strip():  # Dask would start workers of its own
         raise InputError("no address is given", key="--dask", allowed=ADDRESS)
     make: Any = distributed.Client
+    by = time.monotonic() + CONNECT_S + 1.0
     try:
-        return _in_time(lambda: make(address, timeout=CONNECT_S, set_as_default=False), CONNECT_S + 1.0)
-    except (OSError, TimeoutError, ValueError, TypeError, RuntimeError) as error:
-        problem = f"no Dask scheduler answers at {address!r} ({error})"
+        _in_time(lambda: asyncio.run(_greet(address)), CONNECT_S + 0.5)
+        return _in_time(lambda: make(address, timeout=CONNECT_S, set_as_default=False), by - time.monotonic())
+    except Exception as error:  # whatever Dask makes of what is said there, it is no scheduler's greeting
+        problem = f"no Dask scheduler answers at {address!r} ({_said(error)})"
         raise InputError(problem, key="--dask", allowed=ADDRESS) from error
+
+
+async def _greet(address: str) -> None:
+    """Ask who is there.  A Client that finds no scheduler would keep on trying, and complain of it at the end."""
+    from distributed import core, security
+
+    made: Any = security.Security
+    dial: Any = core.rpc
+    keys = made().get_connection_args("client")
+    async with dial(address, timeout=CONNECT_S, connection_args=keys) as there:
+        found = await asyncio.wait_for(there.identity(), CONNECT_S)
+    if found["type"] != "Scheduler":
+        raise ValueError(f"it is the address of a {found['type'].lower()}")
+
+
+def _said(error: Exception) -> str:
+    """An error of the connection in a few words."""
+    if isinstance(error, MemoryError):  # what is read as lengths of a message is something else
+        return "something else answers"
+    return str(error) or ("no greeting in time" if isinstance(error, TimeoutError) else type(error).__name__)
 
 
 def _in_time(make: Callable[[], Any], seconds: float) -> Any:
