@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -85,9 +86,10 @@ class Recorder:
             self._rows[-1][k, self._split :] = exposure.row2
             self._row_t.append(exposure.t)
 
-    def strip(self, match: StripMatch, use: StripUse) -> None:
-        """A strip and what the filters made of it."""
-        self.strips.append((match if self.keeps_signals else match._replace(surface=match.surface[:0]), use))
+    def decided(self, strips: Iterable[tuple[StripMatch, StripUse]]) -> None:
+        """Strips and what the filters made of them."""
+        for match, use in strips:
+            self.strips.append((match if self.keeps_signals else match._replace(surface=match.surface[:0]), use))
 
     def shot(self, shot: Shot) -> None:
         """A photo."""

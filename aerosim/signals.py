@@ -34,6 +34,39 @@ class MountReading(NamedTuple):
     yaw: float
 
 
+class InertialReading(NamedTuple):
+    """A strapped-down inertial unit at time t (s), its axes those of b.  NaN: what it does not give.
+
+    roll, pitch, yaw: integrated rates, rad: smooth, with white noise and a drift; yaw counts from an unknown
+    direction and is not wrapped.  level_roll, level_pitch: against the vertical, rad, without drift but wrong by
+    the levelling error.  accel: specific force averaged since the last reading, x, y, z of b, m/s^2.
+    Earth's rotation is taken out of all of it, as such units do.
+    """
+
+    t: float
+    roll: float
+    pitch: float
+    yaw: float
+    level_roll: float
+    level_pitch: float
+    accel_x: float
+    accel_y: float
+    accel_z: float
+
+
+class Aids(NamedTuple):
+    """What an observer is given besides the rows, each None if there is no such device or nothing new.
+
+    inertial: see there.  told: drift and v/h from elsewhere (a sight, satellites and compass, the oracle).
+    """
+
+    inertial: InertialReading | None = None
+    told: MotionEstimate | None = None
+
+
+NO_AIDS = Aids()
+
+
 class Reason(StrEnum):
     """Why a strip was accepted or not."""
 
@@ -95,12 +128,18 @@ class MotionEstimate(NamedTuple):
     sigma_vh: float
     valid: bool
     seek: float = 0.0
+    held: bool = False
+    lead: float = 0.0
 
 
 class CameraCommand(NamedTuple):
     """What the controller asks for: mount yaw (rad, against the airframe), time between photos (s) and
-    forward-motion compensation as the image's angular rate (rad/s, v/h for a level camera)."""
+    forward-motion compensation as the image's angular rate (rad/s, v/h for a level camera).
+
+    lead: how far the footprint lies ahead of the nadir, as a part of the wanted base; 0 if the trigger does not
+    know the pitch."""
 
     mount_yaw: float
     interval: float
     fmc_rate: float
+    lead: float = 0.0

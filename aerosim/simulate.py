@@ -26,7 +26,6 @@ from aerosim.recorder import Recorder, telemetry_columns
 from aerosim.rundir import Staging, write_run
 from aerosim.scenario import Scenario
 from aerosim.scenario.build import Mission, build, camera_of, input_files
-from aerosim.sensing import oracle
 from aerosim.signals import Reason
 from aerosim.truth import Shot
 from aerosim.world.ground import below
@@ -69,10 +68,9 @@ def fly(m: Mission, log: Recorder, progress: Progress | None = None) -> Flown:
 
 
 def _loop(m: Mission, log: Recorder, progress: Progress | None) -> None:
-    flight, mount, rows, camera = m.flight, m.mount, m.rows, m.camera
-    recogniser, estimator = m.recogniser, m.estimator
+    flight, mount, rows, camera, observer = m.flight, m.mount, m.rows, m.camera, m.observer
     surveying, yaw_read, step, watched = False, 0.0, 0, 0.0
-    estimate = estimator.now()
+    estimate = observer.now()
     command = camera_command(m.control, estimate)
     while True:
         # one instant at which a device has its turn
@@ -85,17 +83,17 @@ def _loop(m: Mission, log: Recorder, progress: Progress | None) -> None:
         wanted = flight.phase in SURVEYING and (surveying or abs(aircraft.roll) < LEVEL)
         if wanted != surveying:
             surveying = wanted
-            for match in recogniser.switch(t):
-                log.strip(match, estimator.add(match))
-            estimator.begin_line()
+            log.decided(observer.switch(t))
 
         if sees or records:
             spot = m.ground.around(aircraft.lat, aircraft.lon, rows.reach(aircraft.height))
             under = below(spot, aircraft.heading, *m.footprint)
             if aircraft.height <= under.nadir:
                 raise RunFailure(f"the aircraft hit the ground at {t:.2f} s, {under.nadir:.0f} m high")
+        if sees:
+            observer.feel(m.aids.read(aircraft, under.footprint, mount.yaw))
         if sees and surveying:
-            opens = recogniser.opens()
+            opens = observer.opens()
             if opens:
                 rows.new_cycle()
             exposure = rows.expose(mount.pose(aircraft, turned=m.rows_turn), spot, opens or log.keeps_signals)
@@ -104,14 +102,12 @@ def _loop(m: Mission, log: Recorder, progress: Progress | None) -> None:
                     f"line {line} left the terrain at {t:.1f} s ({exposure.missing} pixels are blind)"
                 )
             reading = mount.read(t)
-            for match in recogniser.add(exposure, reading):
-                log.strip(match, estimator.add(match))
+            log.decided(observer.see(exposure, reading))
             log.exposure(exposure)
             yaw_read = reading.yaw
         if sees or records:
-            estimate = estimator.now()
-            told = oracle.tell(aircraft, under.footprint) if m.told_truth else estimate
-            command = camera_command(m.control, told)
+            estimate = observer.now()
+            command = camera_command(m.control, estimate)
             camera.step(t, line, command, until * m.dt)
         if camera.due(t):
             log.shot(camera.expose(aircraft, mount))

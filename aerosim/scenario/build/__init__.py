@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from functools import partial
 
 from aerosim.control.law import ControlParameters
-from aerosim.estimation.motion import MotionEstimator, MotionParameters
-from aerosim.estimation.strips import StripRecogniser
+from aerosim.estimation.motion import MotionParameters
+from aerosim.estimation.observer import Observer
 from aerosim.flight.interface import Flight, FlightSource, fresh
 from aerosim.rng import generator
 from aerosim.scenario.build.air import mean_wind
@@ -18,15 +18,16 @@ from aerosim.scenario.build.devices import (
     mount_of,
     planned_n,
     rows_of,
-    strips_of,
 )
 from aerosim.scenario.build.flight import aircraft_folder, aircraft_of, input_files, planned_vh
 from aerosim.scenario.build.journey import journey_of
 from aerosim.scenario.build.land import terrain_of
+from aerosim.scenario.build.observing import aids_of, observer_of
 from aerosim.scenario.build.placing import at
 from aerosim.scenario.build.replay import replayed
 from aerosim.scenario.build.route import Route, route_of
 from aerosim.scenario.scenario import Scenario
+from aerosim.sensing.aids import AidingDevices, NoAids
 from aerosim.sensing.ccd_rows import CcdRows
 from aerosim.sensing.frame_camera import FrameCamera, ShutterParameters
 from aerosim.sensing.mount import Mount
@@ -66,11 +67,10 @@ class Mission:
     rows: CcdRows
     rows_every: int
     rows_turn: bool
-    recogniser: StripRecogniser
-    estimator: MotionEstimator
+    aids: AidingDevices | NoAids
+    observer: Observer
     motion: MotionParameters
     control: ControlParameters
-    told_truth: bool
     camera: FrameCamera
     record_every: int
     outside_fails: bool
@@ -104,11 +104,10 @@ def build(scenario: Scenario, flights: FlightSource = fresh) -> Mission:
         rows=CcdRows(rows_of(scenario), ground_height, rng_of("ccd_rows.noise")),
         rows_every=round(rows.period_s * rate),
         rows_turn=rows.mounted_on == "camera",
-        recogniser=StripRecogniser(strips_of(scenario, vh)),
-        estimator=MotionEstimator(motion_of(scenario)),
+        aids=aids_of(scenario, rng_of),
+        observer=observer_of(scenario, vh),
         motion=motion_of(scenario),
         control=control_of(scenario, vh),
-        told_truth=scenario.control.mode == "ideal",
         camera=FrameCamera(
             ShutterParameters(scenario.frame_camera.exposure_s, scenario.frame_camera.shutter_delay_s), dt
         ),
