@@ -107,8 +107,9 @@ def _replaced(tree: Any, parts: Sequence[str], value: Any, override: Override) -
 
 
 def _overridden(data: dict[str, Any], overrides: Sequence[Override], places: Places) -> dict[str, Any]:
+    here = Path.cwd()
     for override in overrides:
-        value = _absolute(_plain(override.value), override.key, Path.cwd())
+        value = _absolute(_plain(override.value), override.key, here)
         data = _replaced(data, _parts(override.key), value, override)
         places.options[override.key] = override.option
     return data

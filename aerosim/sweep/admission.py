@@ -7,14 +7,14 @@ import json
 import os
 import platform
 import socket
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from functools import cache
 from importlib import metadata
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from aerosim.assets import folder
-from aerosim.scenario.load import FILE_KEYS
+from aerosim.sweep.inputs import is_file, leaves
 from aerosim.sweep.work import ONE_THREAD, Task
 
 # what the figures of a run depend on; the others may differ from machine to machine
@@ -92,27 +92,14 @@ def missing(files: Mapping[str, str], host: str) -> str:
 def scenario_files(task: Task) -> dict[str, str]:
     """Files of the user that a run reads, by key; paths are absolute."""
     values = {
-        key: value for key, value in _leaves(json.loads(task.scenario)) if not _replaced(key, task.parameters)
+        key: value for key, value in leaves(json.loads(task.scenario)) if not _replaced(key, task.parameters)
     }
-    values |= dict(_leaves(task.parameters))
-    return {key: value for key, value in values.items() if key in FILE_KEYS and _is_file(value)}
+    values |= dict(leaves(task.parameters))
+    return {key: value for key, value in values.items() if is_file(key, value)}
 
 
 def _replaced(key: str, parameters: Mapping[str, Any]) -> bool:
     return any(key == name or key.startswith(f"{name}.") for name in parameters)
-
-
-def _is_file(value: Any) -> bool:
-    # a bare word is the name of something that ships with aerosim
-    return isinstance(value, str) and Path(value).is_absolute()
-
-
-def _leaves(tree: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    for name, value in tree.items():
-        if isinstance(value, Mapping):
-            yield from _leaves(value, f"{prefix}{name}.")
-        else:
-            yield f"{prefix}{name}", value
 
 
 def unfit(found: Facts | BaseException, threads: int, here: Mapping[str, str]) -> str:

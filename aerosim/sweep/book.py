@@ -9,7 +9,10 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from aerosim.sweep.spec import SweepSpec
+from aerosim.sweep.stoprule import Watch
 from aerosim.sweep.table import runs_table
 from aerosim.sweep.work import Result
 
@@ -32,7 +35,8 @@ class Book:
         self.stopped: int | None = None
         self._of_seed: Counter[int] = Counter()
         self._whole = 0  # seeds of which all points are flown, from the first on
-        self._values: list[list[float]] = []  # of the rule's metric, by whole seed, by point
+        rule = spec.stop_when
+        self._watch = Watch(rule, [point.values for point in spec.points]) if rule else None
         self._waiting: dict[int, dict[int, float]] = {}
 
     def add(self, result: Result) -> None:
@@ -40,24 +44,16 @@ class Book:
         named = {sys.intern(path): value for path, value in result.summary.items()}
         self.results[result.id] = replace(result, summary=named)
         self._of_seed[result.seed] += 1
-        if self.spec.stop_when is None or self.stopped is not None:
+        if self._watch is None or self.stopped is not None:
             return
-        value = result.summary.get(self.spec.stop_when.metric)
+        value = result.summary.get(self._watch.rule.metric)
         number = float(value) if isinstance(value, (int, float)) else math.nan
         self._waiting.setdefault(result.seed, {})[result.point] = number
         while self.stopped is None and self._of_seed[self._whole + 1] == len(self.spec.points):
             self._whole += 1
             found = self._waiting.pop(self._whole)
-            self._values.append([found[point.number] for point in self.spec.points])
-            self._judge()
-
-    def _judge(self) -> None:
-        import numpy as np
-
-        assert self.spec.stop_when is not None
-        self.stopped = self.spec.stop_when.first(
-            np.array(self._values).T, [point.values for point in self.spec.points]
-        )
+            if self._watch.add(np.array([found[point.number] for point in self.spec.points])):
+                self.stopped = self._whole
 
     def counted(self) -> Iterator[Result]:
         """Results that count: all, or those of the seeds up to which the sweep stopped."""

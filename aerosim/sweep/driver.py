@@ -123,7 +123,7 @@ class _Course:
 
     def recall(self, retry_failed: bool) -> None:
         """Take in what an earlier process left."""
-        wanted = {name for point in self.spec.points for name in self.spec.run_ids(point)}
+        wanted = {self.spec.run_id(point, seed) for seed, point in self.spec.runs()}
         for result in folder.results(self.out, wanted):
             if result.status == "done" or not retry_failed:
                 self.book.add(result)
@@ -132,9 +132,9 @@ class _Course:
         self.to_fly = self.book.wanted - sum(1 for _ in self.book.counted())
         journal.info("resumed: %d runs are there", len(self.book.results))
 
-    def missing(self, cache: Path | None) -> Iterator[Task]:
+    def missing(self, cache: Path | None, workers: int) -> Iterator[Task]:
         """Tasks that are to be flown, until the rule for stopping holds.  Flights that serve once are not kept."""
-        order, shared = flight_order(self.spec) if cache is not None else (self.spec.points, False)
+        order, shared = flight_order(self.spec, workers) if cache is not None else (None, False)
         for task in self.spec.tasks(self.out, str(cache) if shared else "", order):
             if self.book.stopped is not None:
                 return
@@ -145,7 +145,7 @@ class _Course:
         """Fly what is missing.  Returns the status and the exception that ends the call."""
         try:
             self._tell()
-            with closing(executor.run(self.missing(cache))) as ending:
+            with closing(executor.run(self.missing(cache, executor.workers))) as ending:
                 for result in ending:
                     self._keep(result)
                     if self.book.stopped is not None:

@@ -7,7 +7,6 @@ with its libraries, and the machine.  So nothing is ever out of date; what is no
 from __future__ import annotations
 
 import hashlib
-import json
 import logging
 import os
 import platform
@@ -22,7 +21,6 @@ from pathlib import Path
 from aerosim.flight.interface import Flight, Recordable, Sortie
 from aerosim.flight.recorded import RecordedFlight, record
 from aerosim.flight.recording import Recording, from_bytes, to_bytes
-from aerosim.scenario import Scenario
 
 journal = logging.getLogger("aerosim")
 
@@ -163,18 +161,6 @@ class Flights:
 def flights_in(folder: str, bytes_max: int = BYTES_MAX) -> Flights:
     """The flights in a folder, one object for each folder and process, so that the last flight stays in memory."""
     return Flights(Path(folder), bytes_max)
-
-
-def flown_alike(scenario: Scenario) -> str:
-    """Digest of the keys that may influence a flight: scenarios of the same digest and seed share theirs.
-
-    Cheap, for ordering runs and for telling whether flights are worth keeping; `Flights` knows better.
-    """
-    dump = scenario.model_dump(mode="json")
-    keys = {name: dump[name] for name in ("terrain", "air", "aircraft", "flight")}
-    if scenario.flight.area is not None:
-        keys |= {"frame_camera": dump["frame_camera"], "end_lap": scenario.control.end_lap_pct}
-    return hashlib.sha256(json.dumps(keys, sort_keys=True).encode()).hexdigest()
 
 
 @contextmanager

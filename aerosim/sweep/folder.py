@@ -89,11 +89,20 @@ def _compare(out: Path, spec: SweepSpec) -> None:
     if theirs.get("aerosim") != ours["aerosim"]:
         problem = f"{out} was made by aerosim {theirs.get('aerosim')}, this is {ours['aerosim']}"
         raise InputError(problem, key="--resume", allowed="the same version, or another --out")
+    _compare_inputs(out, theirs.pop("inputs", {}), ours.pop("inputs", {}))
     for key in MAY_CHANGE:
         theirs.pop(key, None), ours.pop(key, None)
     if different := _difference(theirs, ours):
         problem = f"{out} holds another sweep: {different} differs"
         raise InputError(problem, key="--resume", allowed="the same scenario and values, or another --out")
+
+
+def _compare_inputs(out: Path, theirs: Mapping[str, Any], ours: Mapping[str, Any]) -> None:
+    """Raise InputError if a file that runs have read is another one now.  One that was not there may have come."""
+    for file, now in ours.items():
+        if theirs.get(file) not in (None, now):
+            what = "cannot be read any more" if now is None else f"has changed since {out} was begun"
+            raise InputError(f"{file} {what}", key="--resume", allowed="the file as it was, or another --out")
 
 
 def _difference(one: Any, other: Any, key: str = "") -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 from aerosim.errors import InputError
 from aerosim.scenario import Override, Scenario, absolute, given, variants
+from aerosim.sweep.inputs import content, files_in, leaves, may_name_file
 from aerosim.sweep.stoprule import StopRule
 from aerosim.sweep.vary import SAMPLINGS, Range, Varied, combined
 from aerosim.sweep.work import Task, version
@@ -85,31 +86,62 @@ class SweepSpec:
         """The point's values, each with the place at which it is varied."""
         return [Override(key, value, self.places.get(key, "vary ")) for key, value in point.values.items()]
 
-    def run_ids(self, point: Point) -> Iterator[str]:
-        """Names of the point's runs, seed by seed, from 1.
+    @cached_property
+    def inputs(self) -> dict[str, str | None]:
+        """Digests of the user's files that any point reads, by path; None where there is none to be read."""
+        varied = {
+            key: each for key, each in self.vary.items() if not isinstance(each, Range) and may_name_file(key)
+        }
+        of_points = [name for key, each in varied.items() for value in each for name in files_in({key: value})]
+        return {name: content(Path(name)) for name in dict.fromkeys([*self._common_files, *of_points])}
 
-        A digest of all that decides the outcome: aerosim's version, what is written of the scenario, the values
-        and the seed.  Two points that come to the same scenario have runs of their own.
-        """
-        values = json.dumps(point.values)
-        start = hashlib.sha256(f"{version()}\n{self.base}\n{values}\n".encode())
-        for seed in range(1, self.seeds + 1):
+    @cached_property
+    def _common_files(self) -> list[str]:
+        """Files that all points read."""
+        kept = {
+            key: value
+            for key, value in leaves(json.loads(self.base))
+            if not any(key == name or key.startswith(f"{name}.") for name in self.vary)
+        }
+        return files_in(kept)
+
+    @cached_property
+    def _names(self) -> list[Any]:
+        """By point, what the names of its runs start from, before the seed."""
+        of_files = [key for key in self.vary if may_name_file(key)]
+        common = "".join(f"{self.inputs[name]}\n" for name in self._common_files)
+        start = hashlib.sha256(f"{version()}\n{self.base}\n{common}".encode())
+        out = []
+        for point in self.points:
+            own = files_in({key: point.values[key] for key in of_files})
+            read = "".join(f"{self.inputs[name]}\n" for name in own)
             each = start.copy()
-            each.update(str(seed).encode())
-            yield each.hexdigest()[:24]
+            each.update(f"{json.dumps(point.values)}\n{read}".encode())
+            out.append(each)
+        return out
 
-    def tasks(self, out: Path, cache: str = "", order: Sequence[Point] = ()) -> Iterator[Task]:
-        """All runs: every point with seed 1, then every point with seed 2, ...
+    def run_id(self, point: Point, seed: int) -> str:
+        """Name of a run.
 
-        In this order a sweep that is stopped has whole seeds.  order: of the points with each seed, by default
-        that of the sweep.
+        A digest of all that decides the outcome: aerosim's version, what is written of the scenario, the values,
+        the contents of the files that they name, and the seed.  Two points that come to the same scenario have
+        runs of their own.
         """
-        points = order or self.points
-        names = [self.run_ids(point) for point in points]
-        for seed in range(1, self.seeds + 1):
-            for point, each in zip(points, names, strict=True):
-                name = next(each)
-                yield Task(name, point.number, seed, self.base, point.values, str(out), self.keep, cache)
+        out = self._names[point.number].copy()
+        out.update(str(seed).encode())
+        return str(out.hexdigest()[:24])
+
+    def runs(self) -> Iterator[tuple[int, Point]]:
+        """All runs (seed, point): every point with seed 1, then every point with seed 2, ..."""
+        return ((seed, point) for seed in range(1, self.seeds + 1) for point in self.points)
+
+    def tasks(
+        self, out: Path, cache: str = "", order: Iterable[tuple[int, Point]] | None = None
+    ) -> Iterator[Task]:
+        """All runs, as they travel to whoever flies them.  order: by default that of `runs`."""
+        for seed, point in self.runs() if order is None else order:
+            name = self.run_id(point, seed)
+            yield Task(name, point.number, seed, self.base, point.values, str(out), self.keep, cache)
 
 
 def canonical(value: Any) -> Any:

@@ -19,7 +19,7 @@ from aerosim.sweep.work import version
 
 KEYS = (
     "sweep", "aerosim", "scenario", "set", "vary", "sampling", "samples", "sampling_seed", "seeds", "keep",
-    "stop_when",
+    "stop_when", "inputs",
 )  # fmt: skip
 FORMAT = 1
 
@@ -145,7 +145,10 @@ def load_sweep(
 
 
 def sweep_text(spec: SweepSpec) -> str:
-    """Sweep file with everything in it: it needs no other file but those that the scenario names."""
+    """Sweep file with everything in it: it needs no other file but those that it names.
+
+    inputs: digests of these, for telling whether they have changed; who loads the file takes them anew.
+    """
     data: dict[str, Any] = {
         "sweep": FORMAT,
         "aerosim": version(),
@@ -156,5 +159,6 @@ def sweep_text(spec: SweepSpec) -> str:
         "keep": spec.keep,
         "stop_when": str(spec.stop_when) if spec.stop_when else None,
         "scenario": json.loads(spec.base),
+        **({"inputs": spec.inputs} if spec.inputs else {}),
     }
     return text_of(data)

@@ -9,9 +9,11 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from aerosim.errors import InputError
 from aerosim.frames import Array
+from aerosim.sweep.matrix import identity
 
 LEVEL = 0.95  # of the confidence intervals
 LEAST = 10  # runs of a point before the rule may stop: a variance of fewer is too often small by chance
@@ -79,17 +81,28 @@ class StopRule:
         """
         if not self.key:
             return values
-        pairs = [
-            (i, j)
-            for i, first in enumerate(points)
-            for j, second in enumerate(points)
-            if self.key in first and {**first, self.key: self.b} == {**second} and first[self.key] == self.a
+        first, second = self.pairs(points)
+        return np.asarray(values[first] - values[second])
+
+    def pairs(self, points: Sequence[Mapping[str, Any]]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Rows of the points that are compared: those at `a`, and those at `b` that are like them in all else.
+
+        Raises InputError if there are none.
+        """
+        a, b = identity(self.a), identity(self.b)
+        named = [{key: identity(value) for key, value in point.items()} for point in points]
+        others = [tuple(value for key, value in point.items() if key != self.key) for point in named]
+        at_b = {others[row]: row for row, point in enumerate(named) if point.get(self.key) == b}
+        found = [
+            (row, at_b[others[row]])
+            for row, point in enumerate(named)
+            if self.key in point and point[self.key] == a and others[row] in at_b
         ]
-        if not pairs:
+        if not found:
             problem = f"no two points differ only in {self.key} = {self.a} and {self.b}"
             raise InputError(problem, key="--stop-when", allowed="two values that are varied")
-        first, second = np.array(pairs).T
-        return np.asarray(values[first] - values[second])
+        first, second = np.array(found).T
+        return first, second
 
     def first(self, values: Array, points: Sequence[Mapping[str, Any]]) -> int | None:
         """Number of seeds after which the rule holds for the first time, None if it does not yet.
@@ -114,14 +127,37 @@ class StopRule:
         return Look(seeds, float(widths.max()), float((needed * seeds / counts).max()))
 
 
+class Watch:
+    """A rule that is told one seed after the other; each takes the same time, however many there were."""
+
+    def __init__(self, rule: StopRule, points: Sequence[Mapping[str, Any]]) -> None:
+        """points: varied keys' values of each.  Raises InputError if no two points differ as the rule wants."""
+        self.rule, self._pairs = rule, rule.pairs(points) if rule.key else None
+        count = len(self._pairs[0]) if self._pairs else len(points)
+        self._centre = np.full(count, np.nan)
+        self._count, self._sum, self._squares = np.zeros(count), np.zeros(count), np.zeros(count)
+
+    def add(self, values: Array) -> bool:
+        """Take in the metric of all points with the next seed, NaN where there is none; whether the rule holds."""
+        each = values if self._pairs is None else values[self._pairs[0]] - values[self._pairs[1]]
+        there = np.isfinite(each)
+        self._centre = np.where(np.isnan(self._centre) & there, each, self._centre)
+        off = np.where(there, each - self._centre, 0.0)
+        self._count += there
+        self._sum += off
+        self._squares += off**2
+        if (self._count < LEAST).any():
+            return False
+        widths = _widths(self._count, self._sum, self._squares, self.rule.level, EARLY)
+        return bool((widths <= self.rule.half_width).all())
+
+
 def half_widths(series: Array, level: float, early: float = 0.0) -> tuple[Array, Array]:
     """Half widths of the confidence intervals of running means.
 
     series: (series, seeds), NaN where there is no value.  early: runs that do not count.
     Returns half widths (series, seeds), inf below two values, and numbers of values (series, seeds).
     """
-    from scipy.stats import t
-
     if not series.size:
         return np.empty(series.shape), np.empty(series.shape, np.int64)
     there = np.isfinite(series)
@@ -130,11 +166,19 @@ def half_widths(series: Array, level: float, early: float = 0.0) -> tuple[Array,
     # of all the result of the first seeds would change with later ones
     centre = series[np.arange(len(series)), there.argmax(axis=1)][:, None]
     off = np.where(there, series - centre, 0.0)
-    freedom = np.maximum(counts - 1, 1)
-    squares = np.maximum((off**2).cumsum(axis=1) - off.cumsum(axis=1) ** 2 / np.maximum(counts, 1), 0.0)
-    quantile = t.ppf(0.5 + level / 2.0, freedom)
-    widths = quantile * np.sqrt(squares / freedom / np.maximum(counts - early, 0.5))
+    widths = _widths(counts, off.cumsum(axis=1), (off**2).cumsum(axis=1), level, early)
     return np.where(counts >= 2, widths, np.inf), counts
+
+
+def _widths(counts: Array, sums: Array, squares: Array, level: float, early: float) -> Array:
+    """Half widths from numbers, sums and sums of squares of values about any centre."""
+    from scipy.stats import t
+
+    freedom = np.maximum(counts - 1, 1)
+    spread = np.maximum(squares - sums**2 / np.maximum(counts, 1), 0.0)
+    different, which = np.unique(freedom, return_inverse=True)
+    quantile = t.ppf(0.5 + level / 2.0, different)[which].reshape(freedom.shape)
+    return np.asarray(quantile * np.sqrt(spread / freedom / np.maximum(counts - early, 0.5)))
 
 
 def _number(text: str) -> float:

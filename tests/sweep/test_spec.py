@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +15,8 @@ from sweeps import MODES, WIND, spec, tiny, tiny_file
 
 from aerosim.errors import InputError
 from aerosim.scenario import load, shipped, with_overrides
-from aerosim.sweep.flights import flown_alike
 from aerosim.sweep.order import flight_order
-from aerosim.sweep.spec import make_spec
+from aerosim.sweep.spec import Point, make_spec
 from aerosim.sweep.specfile import find_sweep, load_sweep, shipped_sweeps, sweep_text
 from aerosim.sweep.start import asked_for
 from aerosim.sweep.vary import Range, parse_vary, steps, varied
@@ -186,16 +186,58 @@ def test_a_shipped_sweep_is_one(name: str) -> None:
     assert name not in shipped()
 
 
+def flown(order: Iterable[tuple[int, Point]]) -> list[tuple[int, Any]]:
+    return [(seed, point.values[WIND]) for seed, point in order]
+
+
 def test_points_that_share_a_flight_are_found_and_kept_apart() -> None:
-    one = spec({"control.mode": ["fixed", "ideal", "pipelined"], WIND: [0, 4, 8, 12]})
-    order, shared = flight_order(one)
+    one = spec({"control.mode": ["fixed", "ideal", "pipelined"], WIND: [0, 4, 8, 12]}, seeds=2)
+    order, shared = flight_order(one, 2)
+    found = list(order)
     assert shared
-    assert sorted(point.number for point in order) == list(range(12))
+    assert sorted(found) == sorted(one.runs())
+    assert [seed for seed, _ in found] == [1] * 12 + [2] * 12
     # each mode of all flights before the next mode: neighbours are never of the same flight
-    scenarios = {point.number: with_overrides(one.scenario, point.values) for point in order}
-    flights = [flown_alike(scenarios[point.number]) for point in order]
-    assert all(a != b for a, b in itertools.pairwise(flights))
+    assert all(a != b for a, b in itertools.pairwise(flown(found)))
     assert not flight_order(spec({WIND: [0, 4, 8]}))[1]
+
+
+@pytest.mark.parametrize("workers", [1, 2, 3, 7, 40])
+@pytest.mark.parametrize("seeds", [1, 2, 5, 12])
+@pytest.mark.parametrize("winds", [1, 2, 3, 70])
+def test_workers_side_by_side_fly_different_flights(workers: int, seeds: int, winds: int) -> None:
+    one = spec(
+        {"control.mode": ["fixed", "ideal", "pipelined"], WIND: [k / 10 for k in range(winds)]}, seeds=seeds
+    )
+    found = list(flight_order(one, workers)[0])
+    assert sorted(found) == sorted(one.runs())
+    assert len(set(flown(found[:workers]))) == min(workers, seeds * winds)
+    # a rule for stopping waits for no more seeds than are needed for that
+    last, late = 0, 0
+    for seed, _ in found:
+        last = max(last, seed)
+        late = max(late, last - seed)
+    assert late <= 2 * (-(-workers // winds) - 1)
+
+
+@pytest.mark.parametrize(
+    ("vary", "shared"),
+    [
+        ({"frame_camera.focal_mm": [150, 300]}, True),
+        ({"control.end_lap_pct": [40, 50]}, True),
+        ({"terrain.outside": ["fail", "mask"]}, False),
+        ({"aircraft.model": ["beech_99", "survey_twin"]}, False),
+        ({"air": [{}, {"wind": {"speed_m_s": 3}}]}, False),
+    ],
+)
+def test_which_keys_part_flights(vary: dict[str, Any], shared: bool) -> None:
+    assert flight_order(spec(vary))[1] == shared
+
+
+def test_camera_and_end_lap_part_flights_over_an_area() -> None:
+    for vary in ({"frame_camera.focal_mm": [150, 300]}, {"control.end_lap_pct": [40, 50]}):
+        assert not flight_order(spec(vary, load("block_area")))[1]
+    assert flight_order(spec({"control.mode": ["fixed", "ideal"]}, load("block_area")))[1]
 
 
 # what is wrong, and what the one line says

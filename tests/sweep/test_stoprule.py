@@ -10,7 +10,7 @@ from scipy import stats as reference
 from sweep_tables import grid
 
 from aerosim.errors import InputError
-from aerosim.sweep.stoprule import LEAST, StopRule
+from aerosim.sweep.stoprule import LEAST, StopRule, Watch
 
 Z = 1.959964  # normal quantile of 95 % limits
 ONE = [{}]
@@ -130,6 +130,17 @@ def test_later_seeds_change_nothing() -> None:
     assert first is not None
     assert all(rule.first(x[:, :n], points) is None for n in range(first))
     assert {rule.first(x[:, :n], points) for n in range(first, 201)} == {first}
+
+
+@pytest.mark.parametrize("text", ["m:0.35", "m[mode=fixed,pipelined]:0.3"])
+@pytest.mark.parametrize("missing", [0.0, 0.2])
+def test_told_one_seed_after_the_other_it_stops_at_the_same(text: str, missing: float) -> None:
+    rng = np.random.default_rng(14)
+    x = 1e3 + rng.normal(0.0, 1.0, (4, 400))
+    x[rng.random(x.shape) < missing] = np.nan
+    rule = StopRule.parse(text)
+    watch = Watch(rule, MODES)
+    assert next(n for n, seed in enumerate(x.T, 1) if watch.add(seed)) == rule.first(x, MODES)
 
 
 def test_every_point_has_to_be_known() -> None:
