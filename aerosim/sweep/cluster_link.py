@@ -7,7 +7,6 @@ import logging
 import queue
 import secrets
 import threading
-import time
 from collections.abc import Callable
 from contextlib import suppress
 from typing import Any, NamedTuple
@@ -16,7 +15,8 @@ from aerosim.errors import InputError
 from aerosim.sweep.admission import Demand, Facts, facts, unfit, versions_here
 from aerosim.sweep.work import Result
 
-CONNECT_S = 4.0
+GREET_S = 3.0  # a user is told within 10 s that nobody answers, the start of the program included
+CONNECT_S = 7.0
 LOOK_S = 0.5  # between two looks at who is there
 SILENCE_S = 30.0  # after which a scheduler counts as gone
 ADDRESS = "the address that `dask scheduler` prints"
@@ -142,10 +142,9 @@ def _connect(address: str) -> Any:
     if not address.strip():  # Dask would start workers of its own
         raise InputError("no address is given", key="--dask", allowed=ADDRESS)
     make: Any = distributed.Client
-    by = time.monotonic() + CONNECT_S + 1.0
     try:
-        _in_time(lambda: asyncio.run(_greet(address)), CONNECT_S + 0.5)
-        return _in_time(lambda: make(address, timeout=CONNECT_S, set_as_default=False), by - time.monotonic())
+        _in_time(lambda: asyncio.run(_greet(address)), GREET_S + 0.5)
+        return _in_time(lambda: make(address, timeout=CONNECT_S, set_as_default=False), CONNECT_S + 1.0)
     except Exception as error:  # whatever Dask makes of what is said there, it is no scheduler's greeting
         problem = f"no Dask scheduler answers at {address!r} ({_said(error)})"
         raise InputError(problem, key="--dask", allowed=ADDRESS) from error
@@ -158,8 +157,8 @@ async def _greet(address: str) -> None:
     made: Any = security.Security
     dial: Any = core.rpc
     keys = made().get_connection_args("client")
-    async with dial(address, timeout=CONNECT_S, connection_args=keys) as there:
-        found = await asyncio.wait_for(there.identity(), CONNECT_S)
+    async with dial(address, timeout=GREET_S, connection_args=keys) as there:
+        found = await asyncio.wait_for(there.identity(), GREET_S)
     if found["type"] != "Scheduler":
         raise ValueError(f"it is the address of a {found['type'].lower()}")
 

@@ -25,6 +25,7 @@ from aerosim.sweep.work import Result, Task, result_file, scenario_of, write_res
 journal = logging.getLogger("aerosim")
 
 Progress = Callable[[float, float], None]
+End = InputError | RunFailure | Interrupted  # what ends a sweep before all is flown
 TABLE_EVERY_S = 30.0  # at most so often the table is written while the sweep goes on,
 TABLE_SHARE = 0.01  # and at most this share of the time goes into it
 
@@ -43,8 +44,9 @@ def drive(
 
     out: the sweep directory.  retry_failed: failed runs are flown again.  cache: folder of flown trajectories,
     None for none.  progress: told (runs ended, runs to fly) of this call.
-    Raises InputError before anything is flown; Interrupted and RunFailure (their `path` is the directory) with a
-    directory that resumes.  Runs that fail do not raise: they are rows of the table.
+    Raises InputError before anything is flown (with no directory left, or one that tells the reason: if workers
+    of a cluster cannot take part); Interrupted and RunFailure (their `path` is the directory) with a directory
+    that resumes.  Runs that fail do not raise: they are rows of the table.
     """
     out = Path(out).absolute()
     _check_rule(spec)
@@ -54,13 +56,21 @@ def drive(
         course = _Course(spec, out, progress)
         if found:
             course.recall(retry_failed)
+        (out / folder.SUMMARY).unlink(missing_ok=True)  # whoever is killed from here on leaves no old one
         status, end = course.fly(executor, cache)
-        course.finish(status, executor.workers)
+        course.finish(status, executor.workers, end)
         if status == "done" and cache is not None and cache.parent == out:
             shutil.rmtree(cache, ignore_errors=True)  # of these seeds nothing is left to fly
     if end is not None:
-        raise end
+        raise _with_path(end, out)
     return Sweep(out)
+
+
+def _with_path(end: End, out: Path) -> End:
+    """What ends a sweep, with the directory that it leaves; wrong input needs none."""
+    if not isinstance(end, InputError):
+        end.path = out
+    return end
 
 
 def _check_rule(spec: SweepSpec) -> None:
@@ -141,7 +151,7 @@ class _Course:
             if task.id not in self.book.results:
                 yield task
 
-    def fly(self, executor: Executor, cache: Path | None) -> tuple[str, BaseException | None]:
+    def fly(self, executor: Executor, cache: Path | None) -> tuple[str, End | None]:
         """Fly what is missing.  Returns the status and the exception that ends the call."""
         try:
             self._tell()
@@ -152,18 +162,15 @@ class _Course:
                         journal.info("stopped after %d seeds: %s", self.book.stopped, self.spec.stop_when)
                         break
         except KeyboardInterrupt:
-            return "interrupted", self._end(Interrupted("interrupted by the user"))
+            return "interrupted", Interrupted("interrupted by the user")
         except OSError as error:
-            text = f"{self.out} cannot be written: {error.strerror or error}; --resume goes on"
-            return "failed", self._end(RunFailure(text))
-        except RunFailure as error:
-            return "failed", self._end(error)
+            return "failed", self._unwritten(error)
+        except (InputError, RunFailure) as error:
+            return "failed", error
         return "done", None
 
-    def _end(self, error: RunFailure | Interrupted) -> RunFailure | Interrupted:
-        journal.info("%s", error)
-        error.path = self.out
-        return error
+    def _unwritten(self, error: OSError) -> RunFailure:
+        return RunFailure(f"{self.out} cannot be written: {error.strerror or error}; --resume goes on")
 
     def _keep(self, result: Result) -> None:
         """A result that ended: its file is there or is written now."""
@@ -189,10 +196,17 @@ class _Course:
             return ""
         return f"Stopped after {self.book.stopped} of {self.spec.seeds} seeds: {self.spec.stop_when} holds."
 
-    def finish(self, status: str, workers: int) -> None:
-        """Write the table, the summary and the report.  Raises RunFailure if they cannot be written."""
+    def finish(self, status: str, workers: int, end: End | None) -> None:
+        """Write the table, the summary and the report.
+
+        end: what ends the call, if not all was flown; its words are the summary's `reason`.  Raises RunFailure if
+        something cannot be written.
+        """
+        if end is not None:
+            journal.info("%s", end)
         figures: dict[str, Any] = {
             "status": status,
+            **({"reason": str(end)} if end is not None else {}),
             **self.book.figures(),
             "flown_now": self.flown,
             "workers": workers,
@@ -204,8 +218,7 @@ class _Course:
             if status == "done":
                 write_report(self.out, self.spec, self._sentence())
         except OSError as error:
-            text = f"{self.out} cannot be written: {error.strerror or error}; --resume goes on"
-            raise self._end(RunFailure(text)) from error
+            raise _with_path(self._unwritten(error), self.out) from error
         journal.info(
             "%s: %d of %d runs done, %d failed", status, figures["done"], figures["runs"], figures["failed"]
         )
