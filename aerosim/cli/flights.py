@@ -82,6 +82,7 @@ def run(
         raise InputError("is not available in this version", key="--live", allowed="aerosim view RUN, afterwards")
     scenario = scenario_of(source, seed, setting)
     import aerosim
+    from aerosim.metrics.consistency import overconfident
     from aerosim.metrics.expect import check_expect
     from aerosim.metrics.summary import lines_not_seen
 
@@ -99,7 +100,7 @@ def run(
         elif path is not None and isinstance(end, KeyboardInterrupt):
             print(path)  # the record up to there
         raise
-    for line in lines_not_seen(done.summary):
+    for line in (*lines_not_seen(done.summary), *overconfident(done.summary).values()):
         say(f"warning: {line}")
     unmet = check_expect(done.summary, scenario.expect)
     if as_json:

@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosim.frames import Array
+from aerosim.metrics.consistency import FEWEST, judge, overconfident
+from aerosim.metrics.split import own_filter, split_crab, split_vh, strip_time
 from aerosim.recorder import Columns
 
 SETTLED_DEG = 2.0
@@ -26,7 +28,7 @@ class Wanted(NamedTuple):
 
 
 def summarise(telemetry: Columns, matches: Columns, photos: Columns, wanted: Wanted) -> dict[str, Any]:
-    """Sections flight, crab, vh, photos and notes of summary.json.
+    """Sections flight, crab, vh, consistency, photos and notes of summary.json.
 
     Everything but counts is over the survey lines without the first `exclude_first_s` of each: a fixed time,
     since a rule about settling would reward slow controllers.  What could not be measured is None, with the
@@ -40,18 +42,72 @@ def summarise(telemetry: Columns, matches: Columns, photos: Columns, wanted: Wan
         "flight": _flight(telemetry, used, starts, wanted),
         "crab": _crab(telemetry, matches, used, starts, wanted.exclude_first_s),
         "vh": _vh(telemetry, matches, used, starts, wanted.exclude_first_s),
+        "consistency": {},
         "photos": _photos(photos, starts, wanted),
     }
+    reasons = {"photos.side_lap_min_pct": "side lap is not computed in this version"}
+    reasons |= _add_splits(summary, telemetry, matches, used)
+    reasons |= _add_consistency(summary, telemetry, matches, used, starts, wanted.exclude_first_s)
     reason = _reason(used, matches)
     for section, values in summary.items():
-        for name, value in values.items():
-            if value is None or (isinstance(value, float) and not np.isfinite(value)):
-                values[name] = None
-                notes[f"{section}.{name}"] = (
-                    "side lap is not computed in this version" if name == "side_lap_min_pct" else reason
-                )
-    summary["notes"] = notes | _lines_not_seen(telemetry, matches, starts)
+        notes |= _nulls(values, section, reasons, reason)
+    summary["notes"] = notes | _lines_not_seen(telemetry, matches, starts) | _warnings(summary)
     return summary
+
+
+def _nulls(values: dict[str, Any], section: str, reasons: Mapping[str, str], otherwise: str) -> dict[str, str]:
+    """Set what is no number to None; why, by path.  reasons: by path, or by the path above it."""
+    found: dict[str, str] = {}
+    for name, value in values.items():
+        path = f"{section}.{name}"
+        if isinstance(value, dict):
+            found |= _nulls(value, path, reasons, reasons.get(path) or otherwise)
+        elif value is None or (isinstance(value, float) and not np.isfinite(value)):
+            values[name] = None
+            found[path] = reasons.get(path) or otherwise
+    return found
+
+
+def _add_splits(
+    summary: dict[str, Any], tel: Columns, matches: Columns, used: NDArray[np.bool_]
+) -> dict[str, str]:
+    """Put crab.split_deg and vh.split_pct in; why a part is not known, by path."""
+    crab, vh = split_crab(tel, matches, used), split_vh(tel, matches, used)
+    summary["crab"]["split_deg"], summary["vh"]["split_pct"] = crab.rms, vh.rms
+    return {"crab.split_deg": crab.reason, "vh.split_pct": vh.reason}
+
+
+def _add_consistency(
+    summary: dict[str, Any],
+    tel: Columns,
+    matches: Columns,
+    used: NDArray[np.bool_],
+    starts: dict[int, float],
+    exclude: float,
+) -> dict[str, str]:
+    """Put the judgement on the filters' innovations in; why there is none, by path."""
+    strips = _strips_used(matches, starts, tel, exclude) & matches["accepted"]
+    own = own_filter(tel, matches, used)
+    line, in_flight = _lines_of(matches["t_decided_s"], tel), _in_flight(matches)
+    for name in ("drift", "vh"):
+        innovations = matches[f"innovation_{name}"]
+        there = strips & np.isfinite(innovations) & own
+        summary["consistency"][name] = judge(innovations[there], line[there], in_flight)._asdict()
+    few = f"fewer than {FEWEST} strips with an innovation"
+    told = "the estimate is not that of the filters over the strips"
+    return {f"consistency.{name}": few if own else told for name in ("drift", "vh")}
+
+
+def _in_flight(matches: Columns) -> int:
+    """How many strips are in flight together."""
+    span, begins = strip_time(matches), np.sort(matches["t_row1_s"])
+    apart = np.diff(begins)
+    return 1 if span is None or not len(apart) else max(1, round(span / float(np.median(apart))))
+
+
+def _warnings(summary: Mapping[str, Any]) -> dict[str, str]:
+    """Notes about filters that are wrong by more than they say."""
+    return {f"consistency.{name}": text for name, text in overconfident(summary).items()}
 
 
 def _lines_not_seen(tel: Columns, matches: Columns, starts: dict[int, float]) -> dict[str, str]:

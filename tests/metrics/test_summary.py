@@ -12,6 +12,7 @@ import pytest
 
 from aerosim.metrics.summary import Wanted, lines_not_seen, summarise
 from aerosim.record import plain
+from aerosim.sweep.work import flat
 
 WANTED = Wanted(height=3000.0, airspeed=70.0, end_lap_pct=60.0, exclude_first_s=2.0)
 
@@ -20,7 +21,7 @@ def telemetry(line: list[int], **columns: Any) -> dict[str, Any]:
     """One sample a second; columns not given are zero, v/h one."""
     names = (
         "cross_track_m height_m airspeed_m_s roll_deg pitch_deg p_deg_s q_deg_s r_deg_s drift_true_deg crab_true_deg "
-        "crab_est_deg vh_true_per_s vh_est_per_s"
+        "crab_est_deg vh_true_per_s vh_est_per_s drift_est_deg mount_yaw_deg heading_deg v_north_m_s v_east_m_s"
     )
     out: dict[str, Any] = {name: np.zeros(len(line)) for name in names.split()}
     out |= {name: np.ones(len(line)) for name in ("vh_true_per_s", "vh_est_per_s")}
@@ -31,6 +32,8 @@ def telemetry(line: list[int], **columns: Any) -> dict[str, Any]:
 def strips(decided: list[float], accepted: list[bool], **columns: Any) -> dict[str, Any]:
     out = {"t_decided_s": np.array(decided, float), "accepted": np.array(accepted, bool)}
     out |= {name: np.ones(len(decided)) for name in ("vh_per_s", "vh_true_per_s")}
+    unknown = "t_row1_s t_row2_s drift_deg gain_drift gain_vh innovation_drift innovation_vh"
+    out |= {name: np.full(len(decided), np.nan) for name in unknown.split()}
     return out | {name: np.array(values, float) for name, values in columns.items()}
 
 
@@ -92,6 +95,11 @@ def test_crab_and_vh_by_hand() -> None:
         vh_per_s=[9, 9, 0.021, 9, 0.019, 0.02], vh_true_per_s=[1, 1, 0.02, 1, 0.02, 0.02],
     )  # fmt: skip
     summary = summarise(tel, found, NO_PHOTOS, WANTED)
+    # without exposures and gains there is nothing to split, nor innovations to judge
+    assert set(summary["crab"].pop("split_deg").values()) == {None} == set(summary["vh"].pop("split_pct").values())
+    assert summary["consistency"]["drift"] == summary["consistency"]["vh"]
+    assert summary["consistency"]["vh"].pop("strips") == 0
+    assert set(summary["consistency"]["vh"].values()) == {None}
     assert summary["crab"] == pytest.approx(
         {
             "residual_rms_deg": np.sqrt((2.25 + 1 + 4) / 3),
@@ -173,13 +181,7 @@ def test_what_was_not_measured_is_null_with_its_reason(
     summary = summarise(tel, found, NO_PHOTOS, WANTED)
     json.dumps(plain(summary), allow_nan=False)
     json.dumps(summary, allow_nan=False)  # not a NaN in it, even before
-    nulls = {
-        f"{part}.{name}"
-        for part, values in summary.items()
-        if part != "notes"
-        for name, v in values.items()
-        if v is None
-    }
+    nulls = {path for path, v in flat(summary).items() if v is None}
     assert nulls == {path for path in summary["notes"] if not path.startswith("line ")}
     assert {
         "crab.estimate_error_rms_deg",
