@@ -27,6 +27,7 @@ FILE_KEYS = (
     "flight.replay.file",
     "flight.file",
     "flight.area.file",
+    "estimation.table",
 )
 
 
@@ -86,9 +87,12 @@ def _plain(value: Any) -> Any:
 
 
 def _parts(key: str) -> list[str]:
-    """Parts of a dotted key; those of `expect` are themselves dotted (crab.residual_rms_deg)."""
+    """Parts of a dotted key; those of `expect` are themselves dotted (crab.split_deg.lag), before min or max."""
     parts = key.split(".")
-    return [parts[0], ".".join(parts[1:3]), *parts[3:]] if parts[0] == "expect" and len(parts) > 2 else parts
+    if parts[0] != "expect" or len(parts) < 3:
+        return parts
+    end = len(parts) - 1 if parts[-1] in ("min", "max") else len(parts)
+    return [parts[0], ".".join(parts[1:end]), *parts[end:]]
 
 
 def _replaced(tree: Any, parts: Sequence[str], value: Any, override: Override) -> Any:

@@ -95,9 +95,12 @@ def test_settings_go_through_the_same_check(write: Write, good: str, setting: st
 def test_a_setting_replaces_one_value(write: Write, good: str) -> None:
     file = write(good)
     texts = ["air.wind.speed_m_s=7.5", "expect.crab.residual_rms_deg.max=2", "air.turbulence={sigma_m_s: 0.3}"]
+    texts += ["expect.crab.split_deg.lag.max=0.5", "expect.vh.split_pct.relief={max: 4}"]
     got = load(file, [parse_setting(text) for text in texts])
     assert got.air.wind.model_dump() == {"speed_m_s": 7.5, "from_deg": 0.0}
     assert got.expect["crab.residual_rms_deg"].max == 2
+    assert got.expect["crab.split_deg.lag"].max == 0.5
+    assert got.expect["vh.split_pct.relief"].max == 4
     assert got.air.turbulence.sigma_m_s == 0.3
     assert got.flight == load(file).flight
     assert got.where("air.wind.speed_m_s") == "--set"
