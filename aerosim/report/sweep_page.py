@@ -9,13 +9,14 @@ from pathlib import Path
 from typing import Any
 
 from aerosim.report.page import CSS
-from aerosim.report.sweep_view import MetricView, SweepView, axis, is_number, limits, told, with_limits, word
+from aerosim.report.sweep_view import MetricView, SweepView, axis, is_number, less, limits, told, with_limits, word
 
 ROWS_MOST = 80  # of a table in the page; more are in runs.parquet
 MORE_CSS = """
 h3 { font-size: 1.02rem; margin: 1.4rem 0 .3rem; } td.bad { color: #A34700; } details { margin: .6rem 0 1rem; }
 caption { text-align: left; color: #555; font-size: .9rem; padding-bottom: .3rem; }
-.wide { overflow-x: auto; }
+.wide { overflow-x: auto; } .wide td:first-child { white-space: nowrap; } dt { font-weight: 600; }
+dd { margin: 0 0 .5rem; }
 """
 
 
@@ -30,14 +31,14 @@ def _verdict(view: SweepView) -> str:
 
 
 def _tiles(view: SweepView) -> str:
-    hours = view.wall_s / 3600.0
-    time = f"{hours:.1f} h" if hours >= 1.0 else f"{view.wall_s / 60.0:.1f} min"
+    hours, minutes = view.wall_s / 3600.0, view.wall_s / 60.0
+    time = f"{hours:.1f} h" if hours >= 1.0 else f"{minutes:.1f} min" if minutes >= 2.0 else f"{view.wall_s:.0f} s"
     facts = (
-        (f"{view.points}", "points"),
-        (f"{view.seeds}", "seeds at each"),
+        (f"{view.points}", "point" if view.points == 1 else "points"),
+        (f"{view.seeds}", "seed at each" if view.seeds == 1 else "seeds at each"),
         (f"{view.runs}", "runs ended"),
         (f"{view.failed}", "of them failed"),
-        (time, "all runs together"),
+        (time, "time of all runs, added up"),
     )
     return '<div class="tiles">' + "".join(f"<div><b>{a}</b><span>{b}</span></div>" for a, b in facts) + "</div>"
 
@@ -72,13 +73,41 @@ def _varied(view: SweepView) -> str:
             text = ", ".join(told("", value) for value in values)
         rows.append((key, axis(key), text))
     how = "All combinations." if view.grid else "A sample, not all combinations."
+    same = f"The same {view.seeds} seeds" if view.seeds > 1 else "The same seed"
     note = (
-        f'<p class="note">{how} The same {view.seeds} seeds at every point: the points differ by what is varied '
-        "and fly in the same air, so that differences are paired.</p>"
+        f'<p class="note">{how} {same} at every point: the points differ by what is varied and fly in the same '
+        f"air{', so that differences are paired' if view.grid else ''}.</p>"
     )
     return f"<h2>What was varied</h2>{note}" + _table(
         (("Key", False), ("In words", False), ("Values", False)), rows
     )
+
+
+def _reading(view: SweepView) -> str:
+    """What the plots show, in words."""
+    percent = f"{100.0 * view.level:g} %"
+    terms = {
+        "Mean and band": (
+            "A marker is the mean of all seeds at a point. Its band (or bar) holds, with a confidence of "
+            f"{percent}, the mean that very many seeds would give (Student's t). It does not show how far single "
+            "runs scatter. With few seeds it is wide, and may reach below zero where no run can."
+        )
+    }
+    if view.grid:
+        terms["Paired difference"] = (
+            "Two values of one key, everything else equal, seed by seed: both fly in the same air. Its limits are "
+            "mostly narrower than those of the two means beside each other. Where they do not hold 0, the two "
+            "values differ."
+        )
+        effect = "How far the mean of all runs with a value lies from the mean of all runs, over all other keys."
+    else:
+        effect = (
+            "Of a number: by how much the figure changes from its lowest to its highest value, in a linear fit of "
+            "all keys. Of a word: how far its runs lie from the mean, in the same fit."
+        )
+    terms["Main effect"] = effect
+    body = "".join(f"<dt>{name}</dt><dd>{escape(text)}</dd>" for name, text in terms.items())
+    return f"<details><summary>How to read the plots</summary><dl>{body}</dl></details>"
 
 
 def _failures(view: SweepView) -> str:
@@ -121,7 +150,8 @@ def _means(view: SweepView, metric: MetricView) -> str:
         ]
         for m in metric.means
     ]
-    return f"<details><summary>Means at all points</summary>{_table(head, rows)}</details>"
+    whole = " open" if view.points == 1 else ""  # it stands for the plot
+    return f"<details{whole}><summary>Means at all points</summary>{_table(head, rows)}</details>"
 
 
 def _pairs(view: SweepView, metric: MetricView) -> str:
@@ -136,7 +166,7 @@ def _pairs(view: SweepView, metric: MetricView) -> str:
     ]  # fmt: skip
     rows = []
     for pair in metric.pairs:
-        name = f"{told('', pair.a)} less {told('', pair.b)}"
+        name = less("", pair)
         every = [pair.overall] if not keys else [pair.overall, *pair.differences]
         for d in every:
             where = [told("", d.values[key]) if key in d.values else "all" for key in keys]
@@ -148,9 +178,7 @@ def _pairs(view: SweepView, metric: MetricView) -> str:
 
 
 def _metric(view: SweepView, metric: MetricView) -> Iterator[str]:
-    from aerosim.report import sweep_plots as plots
-
-    figure, percent = metric.figure, f"{100.0 * view.level:g} %"
+    figure = metric.figure
     meaning = f" {figure.meaning[0].upper()}{figure.meaning[1:]}." if figure.meaning else ""
     yield f'<h2>{escape(figure.name)}</h2><p class="note"><code>{escape(figure.path)}</code>.{escape(meaning)}</p>'
     for note in metric.notes:
@@ -158,31 +186,45 @@ def _metric(view: SweepView, metric: MetricView) -> Iterator[str]:
     if all(m.mean != m.mean for m in metric.means):
         yield '<p class="note">No run has a value of this.</p>'
         return
+    if view.points > 1:
+        yield from _plots(view, metric)
+    yield _means(view, metric)
+    yield _pairs(view, metric)
+
+
+def _plots(view: SweepView, metric: MetricView) -> Iterator[str]:
+    from aerosim.report import sweep_plots as plots
+
+    name, limits_of = metric.figure.name, f"{100.0 * view.level:g} % confidence limits"
+    limited = f"with {limits_of}" if view.seeds > 1 else "of one seed, without confidence limits"
     rest = (
         f" Averaged over {', '.join(word(key) for key in view.axes.rest)}." if view.axes.rest and view.grid else ""
     )
     crosses = " Crosses: seeds that failed there." if any(m.failed for m in metric.means) else ""
-    caption = f"Means over the seeds with {percent} confidence limits.{rest}{crosses}"
     draw: Callable[[], str] = (
         (lambda: plots.over_parameter(metric, view.varied, view.axes))
         if view.grid
         else (lambda: plots.cloud(metric, view.varied))
     )
-    yield _figure(draw(), f"{figure.name} over what was varied", caption)
+    yield _figure(draw(), f"{name} over what was varied", f"Means over the seeds {limited}.{rest}{crosses}")
     if metric.pairs:
-        caption = f"Paired differences over common seeds with {percent} confidence limits.{rest}"
-        content = plots.differences(metric, view.varied, view.axes, view.compared)
-        yield "<h3>Differences</h3>" + _figure(content, f"Differences of {figure.name}", caption)
-    if any(e.effect == e.effect for e in metric.effects):
+        yield "<h3>Differences</h3>"
+        if all(d.mean == 0.0 and d.half_width == 0.0 for pair in metric.pairs for d in pair.differences):
+            pairs = ", ".join(less(view.compared, pair) for pair in metric.pairs)
+            yield f'<p class="note">None: {escape(pairs)} is 0 at every seed.</p>'
+        else:
+            content = plots.differences(metric, view.varied, view.axes, view.compared)
+            caption = f"Paired differences over common seeds {limited}.{rest}"
+            yield _figure(content, f"Differences of {name}", caption)
+    if any(e.effect == e.effect and e.effect != 0.0 for e in metric.effects):
         kind = (
-            "Mean over all points with a value less the mean over all points"
+            "Mean of all runs with a value less the mean of all runs"
             if view.grid
-            else "Change over a key's whole range in a linear fit; a value of a word less the mean of all"
+            else "Change over a key's whole range in a linear fit; of a word, how far it lies from the mean"
         )
+        bars = f", {limited}" if view.seeds > 1 else ""
         content = plots.main_effects(metric)
-        yield "<h3>Main effects</h3>" + _figure(content, f"Main effects on {figure.name}", f"{kind}; {percent}.")
-    yield _means(view, metric)
-    yield _pairs(view, metric)
+        yield "<h3>Main effects</h3>" + _figure(content, f"Main effects on {name}", f"{kind}{bars}.")
 
 
 def _others(view: SweepView) -> str:
@@ -214,6 +256,7 @@ def sweep_page(view: SweepView) -> str:
         _verdict(view),
         _tiles(view),
         _varied(view),
+        _reading(view),
         _failures(view),
         *(part for metric in view.metrics for part in _metric(view, metric)),
         _others(view),

@@ -9,13 +9,14 @@ import numpy as np
 
 from aerosim.frames import Array
 from aerosim.report.plots import BAD, GREY, style, to_svg
-from aerosim.report.sweep_view import Axes, Known, MetricView, axis, is_number, told, word
+from aerosim.report.sweep_view import Axes, Known, MetricView, axis, is_number, less, told, word
 
 # Okabe and Ito's colours, the yellow left out: too faint for a line
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 DASHES: tuple[Any, ...] = ("-", (0, (6, 2)), (0, (2, 1.5)), (0, (6, 2, 1.5, 2)), "-", (0, (6, 2)), (0, (2, 1.5)))
 PANELS_MOST = 4
+TICKS_MOST = 8  # at numbers that were flown; of more, the axis has ticks of its own
 CROSS_ROOM = 0.06  # of the axes' height, for the crosses of one curve
 
 
@@ -90,12 +91,20 @@ def _curves(ax: Any, known: Sequence[Known], varied: Mapping[str, Sequence[Any]]
         shift = (number - (len(curves) - 1) / 2.0) * step
         label = told(axes.curve, curve) if axes.curve else ""
         draw_curve(ax, x, mine, label, number, joined=numbers and len(x) > 1, shift=shift)
+    _ticks(ax, axes.x if axes.x in varied else "", places, numbers)
+
+
+def _ticks(ax: Any, key: str, places: Mapping[Any, float], numbers: bool) -> None:
+    """Ticks of the axis of a key: at numbers, or at words; without any if there is no key."""
+    if not key:
+        ax.set_xticks([])
+    elif not numbers:
+        ax.set_xticks(list(places.values()), [told(key, value) for value in places])
+    elif len(places) <= TICKS_MOST:
+        ax.set_xticks(sorted(places.values()), [told("", value) for value in sorted(places)])
     if not numbers:
-        ax.set_xticks(list(places.values()), [told(axes.x, value) for value in values])
-        ax.set_xlim(-0.6, len(values) - 0.4)
-    elif len(values) <= 8:
-        ax.set_xticks(sorted(places.values()))
-    ax.set_xlabel(axis(axes.x) if axes.x else "")
+        ax.set_xlim(-0.6, len(places) - 0.4)
+    ax.set_xlabel(axis(key) if key else "")
 
 
 def _panels(figure_class: Any, count: int, height: float = 3.6) -> tuple[Any, list[Any]]:
@@ -158,28 +167,27 @@ def cloud(metric: MetricView, varied: Mapping[str, Sequence[Any]]) -> str:
 
 def differences(metric: MetricView, varied: Mapping[str, Sequence[Any]], axes: Axes, compared: str) -> str:
     """Paired differences over the first key, one curve for each pair of values of the compared one."""
-    numeric = axes.x and axes.x != compared and all(is_number(value) for value in varied[axes.x])
+    key = axes.x if axes.x != compared else ""
+    values = list(varied[key]) if key else [""]
+    places, numbers = places_of(values)
+    numbers = numbers and bool(key)
+    shifts = (np.arange(len(metric.pairs)) - (len(metric.pairs) - 1) / 2.0) * 0.6 / len(metric.pairs)
     with style() as figure_class:
         panels = list(varied[axes.panel])[:PANELS_MOST] if axes.panel and axes.panel != compared else [None]
-        figure, places = _panels(figure_class, len(panels))
-        for ax, panel in zip(places, panels, strict=True):
+        figure, parts = _panels(figure_class, len(panels))
+        for ax, panel in zip(parts, panels, strict=True):
             ax.axhline(0.0, color=GREY, lw=0.9, zorder=1)
             for number, pair in enumerate(metric.pairs):
                 mine = [d for d in pair.differences if panel is None or d.values[axes.panel] == panel]
-                label = f"{told(compared, pair.a)} less {told(compared, pair.b)}"
-                x = np.array([float(d.values[axes.x]) if numeric else float(number) for d in mine])
-                draw_curve(ax, x, mine, label, number, joined=bool(numeric) and len(x) > 1)
-            if not numeric:
-                ax.set_xticks([])
-                ax.set_xlim(-0.5, len(metric.pairs) - 0.5)
-            elif len(varied[axes.x]) <= 8:
-                ax.set_xticks([float(value) for value in varied[axes.x]])
-            ax.set_xlabel(axis(axes.x) if numeric else "")
+                x = np.array([places[d.values[key] if key else ""] for d in mine])
+                joined, shift = numbers and len(x) > 1, 0.0 if numbers else float(shifts[number])
+                draw_curve(ax, x, mine, less(compared, pair), number, joined=joined, shift=shift)
+            _ticks(ax, key, places, numbers)
             if panel is not None:
                 ax.set_title(f"{word(axes.panel)} {told(axes.panel, panel)}", fontsize=10)
-        _room(places, [d for pair in metric.pairs for d in pair.differences], len(metric.pairs))
-        places[0].set_ylabel(f"difference of {_name(metric)}")
-        _legend(figure, places[0], compared)
+        _room(parts, [d for pair in metric.pairs for d in pair.differences], len(metric.pairs))
+        parts[0].set_ylabel(f"difference of {_name(metric)}")
+        _legend(figure, parts[0], compared)
         return to_svg(figure)
 
 

@@ -156,11 +156,18 @@ def axis(key: str) -> str:
 
 
 def told(key: str, value: Any) -> str:
-    """A value with the unit of its key: ``10 m/s``; four digits of a number that was drawn by lot."""
+    """A value as in a scenario, with the unit of its key: ``10 m/s``; four digits of a number drawn by lot."""
+    if value is None or isinstance(value, bool):
+        return "null" if value is None else str(value).lower()
     if isinstance(value, float):
         value = f"{value:.6g}" if f"{value:.6g}" == repr(value) or value.is_integer() else f"{value:.4g}"
     unit = unit_of(key)
     return f"{value} {unit}" if unit else f"{value}"
+
+
+def less(key: str, pair: Pair) -> str:
+    """Two values that are compared, in words: ``10 m/s less 5 m/s``."""
+    return f"{told(key, pair.a)} less {told(key, pair.b)}"
 
 
 def is_number(value: Any) -> bool:
