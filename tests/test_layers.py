@@ -14,7 +14,18 @@ import aerosim
 
 PACKAGE = Path(aerosim.__file__).parent
 
-GEOMETRY = {"errors", "rng", "assets", "frames", "projection", "raster", "rasterfile", "tangent", "polygon"}
+GEOMETRY = {
+    "errors",
+    "rng",
+    "assets",
+    "crew",
+    "frames",
+    "projection",
+    "raster",
+    "rasterfile",
+    "tangent",
+    "polygon",
+}
 RECORD = {"recorder", "record", "rundir"}
 STAGES = {"world", "flight", "sensing", "estimation", "control"}
 LOOP = STAGES | RECORD | {"signals", "truth", "scenario", "scenario.build", "metrics", "report"}

@@ -9,10 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from aerosim.crew import DEGREE, Looking, in_words, pause
 from aerosim.flight.plan import FlightPlan, Line
 from aerosim.flight.steering import Kinematics
-
-DEGREE = math.radians(1.0)
 
 journal = logging.getLogger("aerosim")
 
@@ -24,10 +23,8 @@ ROLLING_OUT = math.radians(8.0)
 # On the heading: the navigator begins to look.
 ON_HEADING = math.radians(2.0)
 FIRST_LOOK_S = 8.0
-LOOK_LEAST_S = 4.0
-# Steepest track towards the line, and largest correction spoken at once.
+# Steepest track towards the line.
 CLOSING_MAX = math.radians(10.0)
-SPOKEN_MAX = 10
 
 
 class Order(NamedTuple):
@@ -38,25 +35,15 @@ class Order(NamedTuple):
 
 
 @dataclass(frozen=True)
-class NavigatorParameters:
+class NavigatorParameters(Looking):
     """How a crew flies by word of mouth.  Angles in rad, times in s, distances in m.
 
-    look: mean time between two looks through the sight; look_scatter: its standard deviation, as a part of it.
-    settle: longer wait after a correction.  track_sigma, offset_sigma: errors of a look, in the track's angle to
-    the line and in the distance from it.  average: over which a look takes the track.  closing: distance ahead at
-    which the line is to be met again.  least: smallest correction spoken, whole degrees.  reaction: from the word
-    to the pilot's hand.  hold_sigma, hold_time: wander of the heading that the pilot holds.
+    offset_sigma: error of a look in the distance from the line.  closing: distance ahead at which the line is to
+    be met again.  hold_sigma, hold_time: wander of the heading that the pilot holds.
     """
 
-    look: float = 16.0
-    look_scatter: float = 0.3
-    settle: float = 10.0
-    track_sigma: float = 0.7 * DEGREE
     offset_sigma: float = 25.0
-    average: float = 5.0
     closing: float = 4000.0
-    least: int = 2
-    reaction: float = 3.0
     hold_sigma: float = 0.5 * DEGREE
     hold_time: float = 20.0
 
@@ -119,10 +106,9 @@ class Navigator:
         seen = track + p.track_sigma * self._rng.standard_normal()
         offset = across + p.offset_sigma * self._rng.standard_normal()
         closing = min(max(offset / p.closing, -CLOSING_MAX), CLOSING_MAX)
-        degrees = min(max(round(-(seen + closing) / DEGREE), -SPOKEN_MAX), SPOKEN_MAX)
-        wait = p.look * max(1.0 + p.look_scatter * self._rng.standard_normal(), 0.0)
-        self._look_at = t + max(wait, LOOK_LEAST_S)
-        if abs(degrees) >= p.least:
+        degrees = in_words(-(seen + closing), p)
+        self._look_at = t + pause(p, self._rng)
+        if degrees:
             self.orders.append(Order(t, degrees))
             journal.info("navigator at %.1f s: %+d deg", t, degrees)
             self._spoken, self._heard_at = degrees, t + p.reaction

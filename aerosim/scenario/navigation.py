@@ -14,6 +14,9 @@ class Gnss(Section):
     sigma_m: tuple[NotNegative, NotNegative, NotNegative] = Field(
         default=(0.02, 0.02, 0.03), description="standard deviation north, east, down"
     )
+    velocity_sigma_m_s: float = Field(
+        default=0.03, ge=0, le=100, description="standard deviation of each component of the velocity"
+    )
     delay_s: float = Field(default=0.0, ge=0, le=60, description="from the fix to its arrival")
     lever_arm_m: tuple[float, float, float] = Field(
         default=(0.0, 0.0, -1.5), description="antenna from the centre of gravity: forward, right, down"
@@ -40,6 +43,7 @@ class Imu(Section):
     accel_noise_m_s2: float = Field(default=0.005, ge=0, le=100, description="white noise of each axis")
     accel_bias_m_s2: float = Field(default=0.001, ge=0, le=100, description="standard deviation of the bias")
     level_error_deg: float = Field(default=0.1, ge=0, le=90, description="standard deviation of roll and pitch")
+    level_time_s: float = Field(default=60.0, gt=0, le=100000, description="time constant of that error")
 
 
 class Smooth(Section):

@@ -165,14 +165,12 @@ def test_accelerometer_errors():
     means = []
     for seed in range(100):
         device = unit(seed, accel_bias=bias)
-        means.append(np.array(device.read(STILL)[-3:]) - (0.0, 0.0, -GRAVITY))
-        assert device.read(STILL._replace(t=9.0))[-3:] == pytest.approx(
-            (means[-1] + (0.0, 0.0, -GRAVITY)).tolist()
-        )
+        means.append(np.array(device.read(STILL)[-3:]) - rest)
+        assert device.read(STILL._replace(t=9.0))[-3:] == pytest.approx((means[-1] + rest).tolist())
     assert np.std(means) == pytest.approx(bias, rel=4.0 / math.sqrt(600.0))
     accel = readings(unit(accel_noise=noise), resting(count))[:, -3:]
     assert accel.std(axis=0) == pytest.approx(noise, rel=4.0 / math.sqrt(2.0 * count))
-    assert accel.mean(axis=0) == pytest.approx((0.0, 0.0, -GRAVITY), abs=4.0 * noise / math.sqrt(count))
+    assert accel.mean(axis=0) == pytest.approx(rest, abs=4.0 * noise / math.sqrt(count))
 
 
 NOISY = EXACT._replace(gyro_noise=1e-4, gyro_bias=1e-6, level_sigma=1e-3, accel_noise=5e-3, accel_bias=1e-3)
