@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from aerosim.estimation.fixed_point import FixedFilter
 from aerosim.estimation.kalman import ScalarFilter, Series
 from aerosim.signals import MotionEstimate, Reason, StripMatch, StripUse
 
@@ -67,11 +68,20 @@ def strip_motion(match: StripMatch, par: MotionParameters) -> StripMotion:
 class MotionEstimator:
     """Drift and v/h now, out of all strips accepted so far."""
 
-    def __init__(self, parameters: MotionParameters) -> None:
-        """Without an accepted strip the estimate is not valid."""
+    def __init__(
+        self,
+        parameters: MotionParameters,
+        filters: tuple[FixedFilter, FixedFilter] | None = None,
+    ) -> None:
+        """filters: of drift and n in whole numbers; None: in real ones.
+
+        Without an accepted strip the estimate is not valid.
+        """
         par = self._par = parameters
-        self._drift = ScalarFilter(0.0, par.sigma_drift**2, par.series)
-        self._n = ScalarFilter(0.0, 1.0, par.series)
+        self._drift: ScalarFilter | FixedFilter = ScalarFilter(0.0, par.sigma_drift**2, par.series)
+        self._n: ScalarFilter | FixedFilter = ScalarFilter(0.0, 1.0, par.series)
+        if filters is not None:
+            self._drift, self._n = filters
         self._estimate = UNKNOWN
         self._beyond = 0
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
+from aerosim.estimation.integer_strips import IntegerRecogniser
 from aerosim.estimation.motion import UNKNOWN, MotionEstimator
 from aerosim.estimation.strips import StripRecogniser
 from aerosim.signals import Aids, MotionEstimate, MountReading, RowExposure, StripMatch, StripUse
@@ -36,7 +37,7 @@ class Observer(Protocol):
 class RowObserver:
     """Strips and two scalar filters: the instrument of 1988, and `pipelined`."""
 
-    def __init__(self, recogniser: StripRecogniser, estimator: MotionEstimator) -> None:
+    def __init__(self, recogniser: StripRecogniser | IntegerRecogniser, estimator: MotionEstimator) -> None:
         """Both are this observer's own."""
         self._recogniser, self._estimator = recogniser, estimator
 

@@ -38,7 +38,7 @@ def line_length(line: Line) -> float:
     return 2 * EARTH_RADIUS_M * asin(min(1.0, sqrt(chord)))
 
 
-def _period(key: str, period: float, step: float, of: str) -> list[Problem]:
+def period_problem(key: str, period: float, step: float, of: str) -> list[Problem]:
     if whole_steps(period, step) is not None:
         return []
     below = floor(period / step)
@@ -51,11 +51,11 @@ def _periods(scenario: Scenario) -> list[Problem]:
     step = 1.0 / scenario.aircraft.step_rate_hz
     steps = f"steps of {scenario.aircraft.step_rate_hz} Hz"
     rows = scenario.ccd_rows.period_s
-    out = _period("ccd_rows.period_s", rows, step, steps)
-    out += _period("record.period_s", scenario.record.period_s, step, steps)
+    out = period_problem("ccd_rows.period_s", rows, step, steps)
+    out += period_problem("record.period_s", scenario.record.period_s, step, steps)
     if not out and scenario.estimation.strip_period_s is not None:
         exact = (whole_steps(rows, step) or 1) * step
-        out += _period(
+        out += period_problem(
             "estimation.strip_period_s", scenario.estimation.strip_period_s, exact, f"row exposures of {rows:g} s"
         )
     return out
@@ -108,9 +108,33 @@ def _wind(scenario: Scenario) -> list[Problem]:
     return [("air.wind.speed_m_s", problem, f"at most {limit:.4g}")]
 
 
+def _arithmetic(scenario: Scenario) -> list[Problem]:
+    """What the fixed-point instrument of 1988 cannot do."""
+    est, rows = scenario.estimation, scenario.ccd_rows
+    if est.arithmetic == "real":
+        return []
+    if scenario.control.mode != "schmelovsky_1988":
+        problem = f"integer is the instrument of 1988, control.mode is {scenario.control.mode}"
+        return [("estimation.arithmetic", problem, "real, or control.mode: schmelovsky_1988")]
+    beside = "with estimation.arithmetic: integer"
+    out: list[Problem] = []
+    if est.subpixel:
+        out.append(("estimation.subpixel", f"true does not go {beside}", "false"))
+    if est.strip_period_s is not None:
+        out.append(("estimation.strip_period_s", f"only one strip at a time goes {beside}", "null"))
+    if rows.bits > 8:
+        out.append(("ccd_rows.bits", f"{rows.bits} is too much {beside}", "at most 8"))
+    if rows.pixels_px > 128:
+        out.append(("ccd_rows.pixels_px", f"{rows.pixels_px} is too much {beside}", "at most 128"))
+    for key, gamma in (("estimation.crab.gamma", est.crab.gamma), ("estimation.vh.gamma", est.vh.gamma)):
+        if gamma is not None and gamma >= 2.0:
+            out.append((key, f"{gamma:g} is too much {beside}", "less than 2"))
+    return out
+
+
 def problems(scenario: Scenario) -> list[Problem]:
     """All that does not fit together: key, problem, what is allowed."""
-    out = _periods(scenario) + _lines(scenario)
+    out = _periods(scenario) + _lines(scenario) + _arithmetic(scenario)
     if scenario.flight.replay is not None:  # height and speed are those of the file
         return out + unused(scenario)
     out += _wind(scenario)

@@ -48,11 +48,29 @@ class Estimation(Section):
     gain: Literal["riccati", "halving"] = Field(
         default="riccati", description="gain series: riccati, the paper's (15), or halving, its (17)"
     )
+    arithmetic: Literal["real", "integer"] = Field(
+        default="real", description="real numbers, or the whole ones of the instrument of 1988"
+    )
     crab: CrabFilter = Field(default=CrabFilter(), description="filter of the angle")
     vh: VhFilter = Field(default=VhFilter(), description="filter of v/h")
+    table: str | None = Field(
+        default=None,
+        min_length=1,
+        description="YAML file with crab and vh by height above ground; null: those here",
+    )
     aiding: Literal["none", "gyro", "bank", "imu"] = Field(
         default="none", description="what the estimator is given besides the rows"
     )
+
+    @model_validator(mode="after")
+    def _table_alone(self) -> Estimation:
+        """What the table has is not given twice; the defaults, as a resolved scenario has them, may stand."""
+        for part in ("crab", "vh") if self.table is not None else ():
+            section = getattr(self, part)
+            for name, info in type(section).model_fields.items():
+                if getattr(section, name) != info.default:
+                    raise wrong("is given besides table", "one of the two", f"{part}.{name}")
+        return self
 
     @model_validator(mode="after")
     def _ordered(self) -> Estimation:

@@ -44,4 +44,13 @@ def with_mode_defaults(data: Any) -> Any:
     """Scenario data (before validation) with the defaults of its control.mode filled in where nothing is set."""
     control = _set_only(data.get("control")) if isinstance(data, dict) else None
     mode = control.get("mode") if isinstance(control, dict) else None
-    return _filled(data, MODE_DEFAULTS.get(mode, {}) if isinstance(mode, str) else {})
+    return _filled(data, _defaults_of(mode, data) if isinstance(mode, str) else {})
+
+
+def _defaults_of(mode: str, data: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Defaults of a mode; a table of disturbances brings its own gamma."""
+    defaults, given = MODE_DEFAULTS.get(mode, {}), _set_only(data.get("estimation"))
+    if not isinstance(given, dict) or given.get("table") is None or "estimation" not in defaults:
+        return defaults
+    kept = {key: value for key, value in defaults["estimation"].items() if key not in ("crab", "vh")}
+    return {**defaults, "estimation": kept}

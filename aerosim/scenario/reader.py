@@ -140,15 +140,23 @@ def parse(text: str, where: str) -> tuple[Any, dict[str, int]]:
         raise _syntax(error, where) from error
 
 
-def read(file: FilePath, shown: str) -> tuple[dict[str, Any], dict[str, int]]:
-    """Contents of a scenario file and the line of each key.  shown: its name in messages.  Raises InputError."""
+def read(
+    file: FilePath,
+    shown: str,
+    kind: str = "a scenario",
+    writer: str = "`aerosim new NAME` writes one to start from",
+) -> tuple[dict[str, Any], dict[str, int]]:
+    """Contents of a YAML file and the line of each key.
+
+    shown, kind, writer: its name, what it is and what makes one, in messages.  Raises InputError.
+    """
     try:
         with file.open("rb") as stream:
             data = stream.read(BYTES_MAX + 1)
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}", where=shown) from error
     if len(data) > BYTES_MAX:
-        raise InputError("is too large for a scenario", allowed=f"at most {BYTES_MAX // 1024} KiB", where=shown)
+        raise InputError(f"is too large for {kind}", allowed=f"at most {BYTES_MAX // 1024} KiB", where=shown)
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -157,11 +165,11 @@ def read(file: FilePath, shown: str) -> tuple[dict[str, Any], dict[str, int]]:
         raise InputError("is not a text file", allowed="YAML, UTF-8", where=shown)
     value, lines = parse(text, shown)
     if value is None:
-        raise InputError(
-            "is empty", allowed="a scenario; `aerosim new NAME` writes one to start from", where=shown
-        )
+        raise InputError("is empty", allowed=f"{kind}; {writer}", where=shown)
     if not isinstance(value, dict):
         raise InputError(
-            "is no scenario", allowed="KEY: VALUE at the top level", where=f"{shown}:{lines[''] or 1}"
+            f"is not {kind}" if kind != "a scenario" else "is no scenario",
+            allowed="KEY: VALUE at the top level",
+            where=f"{shown}:{lines[''] or 1}",
         )
     return value, lines

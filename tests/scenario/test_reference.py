@@ -21,8 +21,8 @@ BARE = """
 schema name purpose verifies seed terrain source orthophoto elevation vertical_datum outside air wind profile shear
 exponent slow_wind turbulence model severity exceedance spectrum gusts thermals thermal_field thermals_drift
 aircraft flight replay height_above pilot navigator lines area photos_beyond order file mount level
-ccd_rows mounted_on extension bits estimation mean_subtracted subpixel search_n gain crab vh gamma aiding control
-mode fmc frame_camera write navigation gnss ins imu smooth p d record rrd report expect min max
+ccd_rows mounted_on extension bits estimation arithmetic table mean_subtracted subpixel search_n gain crab vh gamma
+aiding control mode fmc frame_camera write navigation gnss ins imu smooth p d record rrd report expect min max
 """
 
 

@@ -44,7 +44,12 @@ def input_files(scenario: Scenario) -> dict[str, Path]:
     """Files besides the terrain that a scenario's flight is made from, by their part in it."""
     flight, area = scenario.flight, scenario.flight.area
     replay = flight.replay if flight.replay is None or isinstance(flight.replay, str) else flight.replay.file
-    found = {"lines": flight.file, "area": None if area is None else area.file, "replay": replay}
+    found = {
+        "lines": flight.file,
+        "area": None if area is None else area.file,
+        "replay": replay,
+        "disturbances": scenario.estimation.table,
+    }
     files = {name: Path(file) for name, file in found.items() if file is not None}
     if replay is None:
         folder = aircraft_folder(scenario)

@@ -6,6 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 
+from aerosim.estimation.fixed_point import N_MAX, drift_filter, n_filter
+from aerosim.estimation.integer_strips import IntegerRecogniser
 from aerosim.estimation.motion import MotionEstimator
 from aerosim.estimation.observer import Observer, RowObserver, ToldObserver
 from aerosim.estimation.strips import StripRecogniser
@@ -25,8 +27,22 @@ def aids_of(scenario: Scenario, rng_of: Generators) -> AidingDevices | NoAids:
 
 
 def observer_of(scenario: Scenario, vh: float) -> Observer:
-    """Observer of the scenario's mode.  vh: planned, 1/s."""
-    rows = RowObserver(StripRecogniser(strips_of(scenario, vh)), MotionEstimator(motion_of(scenario)))
+    """Observer of the scenario's mode.  vh: planned, 1/s.  Raises InputError."""
+    rows = _row_observer(scenario, vh)
     if scenario.control.mode == "ideal":
         return ToldObserver(rows)
     return rows
+
+
+def _row_observer(scenario: Scenario, vh: float) -> RowObserver:
+    strips, motion = strips_of(scenario, vh), motion_of(scenario)
+    if scenario.estimation.arithmetic == "real":
+        return RowObserver(StripRecogniser(strips), MotionEstimator(motion))
+    last = strips.search[1] * strips.planned_n
+    if last > N_MAX:
+        problem = f"integer counts exposures in 16 bits, up to {N_MAX}, and {last:.0f} are searched"
+        raise scenario.error("estimation.arithmetic", problem, "a longer ccd_rows.period_s, or real")
+    if max(motion.gamma_drift or 0.0, motion.gamma_vh or 0.0) >= 2.0:  # of a table; others are checked before
+        raise scenario.error("estimation.table", "gamma of 2 and more does not go with arithmetic: integer")
+    filters = drift_filter(motion.sigma_drift**2, motion.series), n_filter(motion.series)
+    return RowObserver(IntegerRecogniser(strips), MotionEstimator(motion, filters))
