@@ -86,7 +86,7 @@ def _loop(m: Mission, log: Recorder, progress: Progress | None) -> None:
             log.decided(observer.switch(t))
 
         if sees or records:
-            spot = m.ground.around(aircraft.lat, aircraft.lon, rows.reach(aircraft.height))
+            spot = m.ground.around(aircraft.lat, aircraft.lon, rows.reach(aircraft.height), t)
             under = below(spot, aircraft.heading, *m.footprint)
             if aircraft.height <= under.nadir:
                 raise RunFailure(f"the aircraft hit the ground at {t:.2f} s, {under.nadir:.0f} m high")

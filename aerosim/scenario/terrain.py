@@ -33,6 +33,18 @@ class Undulation(Section):
     )
 
 
+class CloudShadows(Section):
+    """Shadows of clouds that move over the ground, as the rows see them."""
+
+    cover_pct: float = Field(default=50.0, gt=0, lt=100, description="share of the ground that lies in shadow")
+    cell_m: float = Field(
+        default=800.0, ge=50, le=50000, description="mean length of shadows and of gaps on a line at half cover"
+    )
+    speed_m_s: float = Field(default=8.0, ge=0, le=100, description="how fast they move over the ground")
+    from_deg: float = Field(default=270.0, ge=0, le=360, description="where they come from, clockwise from north")
+    darkness_pct: float = Field(default=60.0, ge=0, le=100, description="of the light that a shadow takes")
+
+
 class Terrain(Section):
     """Orthophoto and elevation model."""
 
@@ -77,3 +89,4 @@ class Terrain(Section):
     outside: Literal["fail", "mask"] = Field(
         default="fail", description="leaving the raster on a line: fail ends the run, mask goes on without data"
     )
+    cloud_shadows: CloudShadows | None = Field(default=None, description="moving shadows of clouds; null: none")

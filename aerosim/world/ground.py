@@ -11,6 +11,7 @@ from aerosim.frames import Array, LocalMap
 from aerosim.raster import Window, WindowedRaster
 from aerosim.rasterfile import Values
 from aerosim.truth import Below
+from aerosim.world.clouds import CloudShadows
 from aerosim.world.terrain import Terrain
 
 
@@ -18,7 +19,8 @@ class Spot(NamedTuple):
     """The ground around a point.
 
     grid: easting, northing and Jacobian of the map, (6,), see `LocalMap`; ortho, relief: values of the windows
-    there; *_place: easting, northing of the first cell and the steps, (4,), m.
+    there; *_place: easting, northing of the first cell and the steps, (4,), m.  shade, shade_place: what the light
+    is multiplied by, see `CloudShadows`; None without clouds.
     """
 
     grid: Array
@@ -26,6 +28,8 @@ class Spot(NamedTuple):
     ortho_place: Array
     relief: Values
     relief_place: Array
+    shade: Values | None = None
+    shade_place: Array | None = None
 
 
 class _Follower:
@@ -47,19 +51,25 @@ class _Follower:
 class GroundView:
     """Orthophoto and elevation around the aircraft, as fine as a row's pixel needs."""
 
-    def __init__(self, terrain: Terrain, local: LocalMap, pixel_m: float) -> None:
+    def __init__(
+        self, terrain: Terrain, local: LocalMap, pixel_m: float, clouds: CloudShadows | None = None
+    ) -> None:
         """local: map grid around the flight.  pixel_m: a row's pixel on the ground; windows are read at half."""
+        self._clouds = clouds
         self._local = local
         self._ortho = _Follower(terrain.orthophoto(pixel_m / 2.0))
         self._relief = _Follower(terrain.elevation(pixel_m / 2.0))
 
-    def around(self, lat: float, lon: float, reach: float) -> Spot:
-        """The ground within reach (m) of a point (rad)."""
+    def around(self, lat: float, lon: float, reach: float, t: float = 0.0) -> Spot:
+        """The ground within reach (m) of a point (rad) at time t (s)."""
         grid = self._local(lat, lon)
         e, n = grid[0], grid[1]
         ortho = self._ortho.covering(e - reach, n - reach, e + reach, n + reach)
         relief = self._relief.covering(e - reach, n - reach, e + reach, n + reach)
-        return Spot(np.array(grid), ortho, self._ortho.place, relief, self._relief.place)
+        spot = Spot(np.array(grid), ortho, self._ortho.place, relief, self._relief.place)
+        if self._clouds is None:
+            return spot
+        return spot._replace(shade=self._clouds.shade, shade_place=self._clouds.place(t))
 
 
 def below(spot: Spot, heading: float, along: float, across: float) -> Below:
