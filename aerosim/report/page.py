@@ -12,6 +12,7 @@ from html import escape
 from importlib import metadata
 from pathlib import Path
 
+from aerosim.report import residual
 from aerosim.report.figures import headline
 from aerosim.report.source import Source, open_source
 from aerosim.report.words import how_flown
@@ -48,13 +49,14 @@ FIRST = (
 
 def _verdict(source: Source) -> str:
     """Whether the run met what its scenario expects, in words and colour."""
+    from aerosim.metrics.consistency import overconfident
     from aerosim.metrics.expect import check_expect
     from aerosim.metrics.summary import lines_not_seen
 
     summary, expect = source.summary, source.scenario.expect
     status = str(summary.get("status", "unknown"))
     unmet = check_expect(summary, expect)
-    lines = [escape(line) for line in (*unmet, *lines_not_seen(summary))]
+    lines = [escape(line) for line in (*unmet, *lines_not_seen(summary), *overconfident(summary).values())]
     if status not in ("done", "ok"):
         notes = summary.get("notes") or {}
         reason = notes.get("status") or summary.get("reason") or "the run left no reason"
@@ -221,12 +223,15 @@ def page(source: Source) -> str:
         _expectations(source),
         _map(source),
         *_plots(source),
+        residual.causes(source.summary),
+        residual.consistency(source.summary),
         _figures(source),
     ]
     missing = "".join(f'<p class="note">{escape(line)}</p>' for line in source.missing)
     return (
         f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><title>{name}: aerosim report</title>'
-        f'<meta name="viewport" content="width=device-width, initial-scale=1"><style>{CSS}</style></head>\n<body>'
+        f'<meta name="viewport" content="width=device-width, initial-scale=1"><style>'
+        f"{CSS}{residual.CSS}</style></head>\n<body>"
         f'<h1>{name}</h1><p class="purpose">{purpose}</p>{missing}\n'
         + "\n".join(body)
         + _background(source)

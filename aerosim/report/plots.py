@@ -197,7 +197,7 @@ def strips(source: Source) -> str:
         axes[1].set_ylabel("least MAD [grey]")
         axes[1].set_ylim(bottom=0.0)
         reason = found["reason"].astype(str)
-        used = [r for r in REASONS if (reason == r).any()] or ["accepted"]
+        used = [r for r in REASONS if (reason == r).any()] + sorted(set(reason) - set(REASONS)) or ["accepted"]
         for k, name in enumerate(used):
             here = reason == name
             axes[2].plot(
