@@ -274,6 +274,28 @@ def test_the_verdict_is_the_exit_code(
     assert document["unmet"] == ([] if code == 0 else [line.removeprefix("expect not met: ")])
 
 
+def test_an_over_confident_filter_is_told_on_stderr(
+    aerosim: Aerosim, flown: list[dict[str, Any]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import aerosim as package
+
+    found = {
+        "strips": 240,
+        "variance": 2.5,
+        "variance_min": 0.8,
+        "variance_max": 1.25,
+        "verdict": "over-confident",
+    }
+    done = package.run(load("calm"))
+    done.summary["consistency"] = {"drift": {"verdict": None}, "vh": found}
+    monkeypatch.setattr(package, "run", lambda *_, **__: done)
+    (line,) = aerosim("run", "calm").err.splitlines()
+    assert line == (
+        "warning: the v/h filter is over-confident: its innovations have 2.5 times the variance that it expects "
+        "(0.8 to 1.2 would do, 240 strips)"
+    )
+
+
 def test_progress_is_on_stderr_and_plain_without_a_terminal(aerosim: Aerosim, flown: list[dict[str, Any]]) -> None:
     lines = aerosim("run", "calm").err.splitlines()
     assert lines[0].startswith("calm: 10 % of 100 s flown, ")

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy.special import chdtrc, gammaincinv, stdtr
 
 from aerosim.frames import Array
 
@@ -65,7 +65,7 @@ def portmanteau(found: Array, pairs: NDArray[np.int64], count: int) -> float:
     """
     some = pairs > 0
     q = float(np.sum(found[some] ** 2 * count * (count + 2.0) / pairs[some]))
-    return float(stats.chi2.sf(q, int(some.sum()))) if some.any() else 1.0
+    return float(chdtrc(int(some.sum()), q)) if some.any() else 1.0
 
 
 def judge(innovations: Array, run: NDArray[np.int64], in_flight: int = 1) -> Judgement:
@@ -84,9 +84,10 @@ def judge(innovations: Array, run: NDArray[np.int64], in_flight: int = 1) -> Jud
     found, pairs = autocorrelation(innovations, run, lags)
     coloured = portmanteau(found, pairs, count) < EACH
     freedom = count / (1.0 + 2.0 * float(np.sum(found**2))) if coloured else float(count)
-    low, high = (float(stats.chi2.ppf(p, freedom) / freedom) for p in (EACH / 2.0, 1.0 - EACH / 2.0))
+    # quantiles of chi squared over its degrees of freedom
+    low, high = (float(gammaincinv(freedom / 2.0, p) * 2.0 / freedom) for p in (EACH / 2.0, 1.0 - EACH / 2.0))
     error = float(innovations.std(ddof=1)) / np.sqrt(count)
-    offset = bool(2.0 * stats.t.sf(abs(mean) / error, count - 1) < EACH) if error > 0.0 else mean != 0.0
+    offset = bool(2.0 * stdtr(count - 1, -abs(mean) / error) < EACH) if error > 0.0 else mean != 0.0
     verdict = CONSISTENT
     if square > high:
         verdict = OVER
