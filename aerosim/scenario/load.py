@@ -187,7 +187,7 @@ def variants(scenario: Scenario, each: Iterable[Sequence[Override]]) -> Iterator
     """
     data = given(scenario)
     for overrides in each:
-        places = Places(scenario._places.file, dict(scenario._places.lines), dict(scenario._places.options))
+        places = Places(scenario._places.file, scenario._places.lines, dict(scenario._places.options))
         yield _validated(_overridden(dict(data), overrides, places), places)
 
 
