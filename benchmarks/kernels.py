@@ -67,13 +67,15 @@ def seeing() -> tuple[float, float]:
     pose = mission.mount.pose(aircraft)
     spot = mission.ground.around(aircraft.lat, aircraft.lon, mission.rows.reach(aircraft.height))
     grey, noise = np.zeros(ROW, np.float32), np.zeros(ROW, np.float32)
+    rays = np.stack([np.full(ROW, -19.85), np.arange(ROW) - (ROW - 1) / 2.0])
     optics = np.array([132.6, 1.0, 1.0, 0.01])
     converter = np.array([1.0, 0.0, 1.5, 255.0])
 
     def ours() -> None:
         expose_row(
-            grey, noise, -19.85, optics, converter, pose.height, pose.mat_nc, pose.vel_n, pose.omega_nc_c,
+            grey, noise, rays, optics, converter, pose.height, pose.mat_nc, pose.vel_n, pose.omega_nc_c,
             spot.grid, spot.ortho, spot.ortho_place, spot.relief, spot.relief_place, 500.0,
+            spot.shade, spot.shade_place,
         )  # fmt: skip
 
     ours()

@@ -9,11 +9,10 @@ from aerosim.scenario.section import Section
 # key -> the values that can be flown; a key that is not here is open
 AVAILABLE: dict[str, tuple[Any, ...]] = {
     "mount.level": ("static", "none"),
-    "estimation.aiding": ("none",),
-    "control.mode": ("fixed", "ideal", "schmelovsky_1988", "pipelined"),
+    "control.mode": ("fixed", "ideal", "navigator", "schmelovsky_1988", "pipelined", "gnss_ins"),
     "frame_camera.write": (False,),
     "frame_camera.render_pixel_um": (None,),
-    "navigation": (None,),
+    "navigation.smooth": (None,),
 }
 
 

@@ -2,15 +2,31 @@
 
 from __future__ import annotations
 
+from math import hypot
 from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag, model_validator
 
-from aerosim.scenario.section import Section, wrong
+from aerosim.scenario.section import NotNegativeInt, Section, wrong
 
 
 def _kind_of_exposure(value: Any) -> str:
     return "<word>" if isinstance(value, str) else "<number>"
+
+
+class RowFaults(Section):
+    """What is wrong with the rows, at times of the simulation."""
+
+    gain_step_pct: float = Field(
+        default=0.0, gt=-100, le=1000, description="sudden change of the gain of both rows; 0: none"
+    )
+    gain_step_at_s: float = Field(default=0.0, ge=0, description="time of that change")
+    dead_px: tuple[NotNegativeInt, ...] = Field(
+        default=(), description="pixels of row II that read 0, from 0 on the left"
+    )
+    blind_row: Literal["none", "row1", "row2"] = Field(default="none", description="row that reads 0")
+    blind_from_s: float = Field(default=0.0, ge=0, description="from when")
+    blind_until_s: float | None = Field(default=None, ge=0, description="until when; null: for good")
 
 
 class CcdRows(Section):
@@ -41,7 +57,17 @@ class CcdRows(Section):
     dark_drift_grey_per_s: float = Field(
         default=0.0, ge=-100, le=100, description="growth of the dark level; positive: brighter with time"
     )
+    gain_difference_pct: float = Field(
+        default=0.0, gt=-100, le=1000, description="gain of row II against that of row I"
+    )
+    distortion: float = Field(
+        default=0.0,
+        ge=-1,
+        le=1,
+        description="k1 of the optics: image radius = ideal one (1 + k1 r^2), r its part of focal_px",
+    )
     bits: int = Field(default=8, ge=2, le=16, description="of the converter: grey levels 0 to 2^bits - 1")
+    faults: RowFaults | None = Field(default=None, description="what is wrong with the rows; null: nothing")
 
     @model_validator(mode="after")
     def _fits(self) -> CcdRows:
@@ -55,4 +81,11 @@ class CcdRows(Section):
                 f"less than {(self.pixels_px + 1) // 2}",
                 "max_shift_px",
             )
+        if self.faults and (beyond := [px for px in self.faults.dead_px if px >= self.pixels_px]):
+            raise wrong(f"row II has no pixel {beyond[0]}", f"0 to {self.pixels_px - 1}", "faults.dead_px")
+        furthest = hypot(self.pixels_px / 2 + self.max_shift_px, self.spacing_px / 2) / self.focal_px
+        least = -4.0 / (27.0 * furthest**2)
+        if self.distortion < least:
+            problem = f"{self.distortion:g} folds the picture at the rows' ends"
+            raise wrong(problem, f"at least {least:.3g}", "distortion")
         return self

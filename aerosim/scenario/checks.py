@@ -39,6 +39,7 @@ def line_length(line: Line) -> float:
 
 
 def period_problem(key: str, period: float, step: float, of: str) -> list[Problem]:
+    """A period that is no whole number of steps, both s; of: what these steps are."""
     if whole_steps(period, step) is not None:
         return []
     below = floor(period / step)

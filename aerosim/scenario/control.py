@@ -9,6 +9,7 @@ from typing import Annotated
 from pydantic import AfterValidator, Field
 
 from aerosim.scenario.available import AVAILABLE
+from aerosim.scenario.navigator import SightNavigator
 from aerosim.scenario.section import Section, wrong
 
 MODES = ("fixed", "ideal", "navigator", "schmelovsky_1988", "pipelined", "best", "gnss_ins")
@@ -28,6 +29,9 @@ class Control(Section):
 
     mode: Annotated[str, AfterValidator(_known_mode)] = Field(
         default="pipelined", description=f"{', '.join(MODES)}, or module:Class"
+    )
+    navigator: SightNavigator = Field(
+        default=SightNavigator(), description="who turns the camera in mode navigator"
     )
     end_lap_pct: float = Field(default=60.0, ge=0, le=95, description="wanted overlap of successive photos")
     fmc: bool = Field(default=True, description="forward-motion compensation by the measured v/h")

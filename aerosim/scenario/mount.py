@@ -9,6 +9,16 @@ from pydantic import Field
 from aerosim.scenario.section import Section
 
 
+class MountFaults(Section):
+    """What is wrong with the mount, at times of the simulation."""
+
+    stuck_from_s: float | None = Field(default=None, ge=0, description="from when it does not turn; null: never")
+    stuck_until_s: float | None = Field(default=None, ge=0, description="until when; null: for good")
+    encoder_bias_deg: float = Field(
+        default=0.0, ge=-180, le=180, description="added to every yaw reading, clockwise"
+    )
+
+
 class Mount(Section):
     """The camera mount: one axis driven (yaw), levelled or not."""
 
@@ -23,3 +33,4 @@ class Mount(Section):
         default="static",
         description="none: as the airframe; static: trim pitch taken out once; stabilised: levelled",
     )
+    faults: MountFaults | None = Field(default=None, description="what is wrong with the mount; null: nothing")

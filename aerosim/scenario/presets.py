@@ -1,4 +1,4 @@
-"""Defaults that follow from control.mode, for keys which the scenario does not set itself."""
+"""Defaults that follow from control.mode and estimation.aiding, for keys that the scenario does not set."""
 
 from __future__ import annotations
 
@@ -20,6 +20,8 @@ MODE_DEFAULTS: Mapping[str, Mapping[str, Any]] = {
             "vh": {"gamma": 0.01},
         },
     },
+    # gnss and ins have their own defaults; nothing reads gyroscopes and accelerometers beside them
+    "gnss_ins": {"navigation": {"imu": None}},
 }
 
 
@@ -41,10 +43,11 @@ def _filled(given: Any, defaults: Mapping[str, Any]) -> Any:
 
 
 def with_mode_defaults(data: Any) -> Any:
-    """Scenario data (before validation) with the defaults of its control.mode filled in where nothing is set."""
+    """Scenario data (before validation) with the defaults of mode and aiding filled in where nothing is set."""
     control = _set_only(data.get("control")) if isinstance(data, dict) else None
     mode = control.get("mode") if isinstance(control, dict) else None
-    return _filled(data, _defaults_of(mode, data) if isinstance(mode, str) else {})
+    filled = _filled(data, _defaults_of(mode, data) if isinstance(mode, str) else {})
+    return _filled(filled, _unit_of(filled) if isinstance(filled, dict) else {})
 
 
 def _defaults_of(mode: str, data: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -54,3 +57,13 @@ def _defaults_of(mode: str, data: Mapping[str, Any]) -> Mapping[str, Any]:
         return defaults
     kept = {key: value for key, value in defaults["estimation"].items() if key not in ("crab", "vh")}
     return {**defaults, "estimation": kept}
+
+
+def _unit_of(data: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The inertial unit that estimation.aiding needs, read with the rows; nothing else is aboard."""
+    estimation, rows = _set_only(data.get("estimation")), _set_only(data.get("ccd_rows"))
+    if not isinstance(estimation, dict) or estimation.get("aiding") not in ("gyro", "bank", "imu"):
+        return {}
+    period = rows.get("period_s") if isinstance(rows, dict) else None
+    unit = {} if period is None else {"period_s": period}
+    return {"navigation": {"gnss": None, "ins": None, "imu": unit, "smooth": None}}

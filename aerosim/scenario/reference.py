@@ -29,6 +29,8 @@ otherwise.
 `control.mode: schmelovsky_1988` changes defaults, for keys that are not set: `ccd_rows.mounted_on: airframe`,
 `ccd_rows.extension: padded`, `estimation.strip_period_s: null`, `estimation.subpixel: false`,
 `estimation.aiding: none`, `estimation.crab.gamma: 0.01`, `estimation.vh.gamma: 0.01`.
+`control.mode: gnss_ins` brings `navigation.gnss` and `navigation.ins`, and `estimation.aiding: gyro`, `bank` or
+`imu` brings `navigation.imu`, read with the rows; what else stands in `navigation` is then `null`.
 """
 
 

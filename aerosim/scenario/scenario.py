@@ -8,6 +8,7 @@ from pydantic import ConfigDict, Field, PrivateAttr, model_validator
 from pydantic_core import PydanticCustomError
 
 from aerosim.errors import InputError
+from aerosim.scenario.aiding import unaided
 from aerosim.scenario.air import Air
 from aerosim.scenario.aircraft import Aircraft
 from aerosim.scenario.available import unavailable
@@ -64,7 +65,7 @@ class Scenario(Section):
 
     @model_validator(mode="after")
     def _fits_together(self) -> Scenario:
-        found = unavailable(self) + problems(self)
+        found = unavailable(self) + problems(self) + unaided(self)
         if found:
             raise PydanticCustomError("aerosim", "wrong value", {"problems": tuple(found)})
         return self

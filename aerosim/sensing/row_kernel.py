@@ -28,6 +28,23 @@ def _between(values: Grey, row: float, col: float) -> float:  # pragma: no cover
 
 
 @njit(cache=True)
+def _light(
+    shade: Grey, place: tuple[float, ...], least: float, north: float, east: float
+) -> float:  # pragma: no cover - compiled
+    """Light on a point of the ground, from `least` to 1: bilinear in a window that repeats itself without end."""
+    rows, cols = shade.shape
+    row = place[0] + place[1] * north + place[2] * east
+    col = place[3] + place[4] * north + place[5] * east
+    i, j = int(np.floor(row)), int(np.floor(col))
+    a, b = row - i, col - j
+    i, j = i % rows, j % cols
+    p, q = (i + 1) % rows, (j + 1) % cols
+    upper = shade[i, j] + b * (shade[i, q] - shade[i, j])
+    lower = shade[p, j] + b * (shade[p, q] - shade[p, j])
+    return float(min(max(upper + a * (lower - upper), least), 1.0))
+
+
+@njit(cache=True)
 def index_map(grid: Array, place: Array, ground: float) -> tuple[float, ...]:  # pragma: no cover - compiled
     """Row and column of a window as affine functions of metres north and east of the camera.
 
@@ -95,7 +112,7 @@ def spread(smear: float, motion: float, cell: float) -> tuple[int, float]:  # pr
 def expose_row(
     grey: Grey,
     noise: Grey,
-    ahead: float,
+    rays: Array,
     optics: Array,
     converter: Array,
     height: float,
@@ -108,28 +125,33 @@ def expose_row(
     relief: Grey,
     relief_place: Array,
     guess: float,
+    shade: Grey | None,
+    shade_place: Array | None,
 ) -> tuple[float, float, int]:  # pragma: no cover - compiled
     """Read one row.  Returns mean ground height (m), mean radiance (grey levels of the orthophoto), and the number
     of pixels that saw no terrain, which read 0.
 
-    grey: (pixels,), filled.  ahead: the row's place along x of c, px.  optics: focal length, smear along and
-    across (px), exposure (s).  converter: grey per radiance, dark level, sigma of noise, full scale (grey).
+    grey: (pixels,), filled.  rays: (2, pixels) ideal places along x and y of c, px.  optics: focal length, smear
+    along and across (px), exposure (s).  converter: grey per radiance, dark level, noise, full scale (grey).
     height, mat_nc, vel_n, omega: pose and motion of the camera.  Each pixel's centre is brought down to the
-    relief; the picture around it is blurred (`spread`) on the level plane through that point.
+    relief; the picture around it is blurred (`spread`) on the level plane through that point.  shade: light on the
+    ground, as `_light` has it; shade_place: of its window, and the least light, (5,).  Both None: no shadows, and
+    compiled without them.
     """
     pixels = grey.shape[0]
     focal, smear_along, smear_across, exposure = optics[0], optics[1], optics[2], optics[3]
     m = mat_nc
     on_relief, on_ortho = index_map(grid, relief_place, guess), index_map(grid, ortho_place, guess)
+    middle = rays[0, pixels // 2]
     (along, step_x), (across, step_y) = _blur(
-        ahead, focal, smear_along, smear_across, exposure, height - guess, m, vel_n, omega, ortho_place
+        middle, focal, smear_along, smear_across, exposure, height - guess, m, vel_n, omega, ortho_place
     )
     total_h, total_light, missing, h, slope = 0.0, 0.0, 0, guess, 0.0
     for i in range(pixels):
-        y = i - (pixels - 1) / 2.0
-        d0 = m[0, 0] * ahead + m[0, 1] * y + m[0, 2] * focal
-        d1 = m[1, 0] * ahead + m[1, 1] * y + m[1, 2] * focal
-        d2 = m[2, 0] * ahead + m[2, 1] * y + m[2, 2] * focal
+        x, y = rays[0, i], rays[1, i]
+        d0 = m[0, 0] * x + m[0, 1] * y + m[0, 2] * focal
+        d1 = m[1, 0] * x + m[1, 1] * y + m[1, 2] * focal
+        d2 = m[2, 0] * x + m[2, 1] * y + m[2, 2] * focal
         s, found = relief_depth(d0, d1, d2, height, h + slope, relief, on_relief)
         light = np.nan
         if not np.isnan(s):
@@ -149,6 +171,8 @@ def expose_row(
                 for k in range(across):
                     light += _between(ortho, row + j * xr + k * yr, col + j * xc + k * yc)
             light /= along * across
+            if shade is not None and shade_place is not None:
+                light *= _light(shade, index_map(grid, shade_place, guess), shade_place[4], s * d0, s * d1)
         if np.isnan(light):
             missing += 1
             grey[i] = 0.0

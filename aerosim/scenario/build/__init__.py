@@ -10,19 +10,20 @@ from aerosim.estimation.motion import MotionParameters
 from aerosim.estimation.observer import Observer
 from aerosim.flight.interface import Flight, FlightSource, fresh
 from aerosim.rng import generator
+from aerosim.scenario.build.aiding import aids_of
 from aerosim.scenario.build.air import mean_wind
 from aerosim.scenario.build.devices import (
     camera_of,
     control_of,
     motion_of,
-    mount_of,
     planned_n,
-    rows_of,
 )
+from aerosim.scenario.build.disturbances import with_table
 from aerosim.scenario.build.flight import aircraft_folder, aircraft_of, input_files, planned_vh
+from aerosim.scenario.build.instruments import mount_device, rows_device
 from aerosim.scenario.build.journey import journey_of
-from aerosim.scenario.build.land import terrain_of
-from aerosim.scenario.build.observing import aids_of, observer_of
+from aerosim.scenario.build.land import clouds_of, terrain_of
+from aerosim.scenario.build.observing import observer_of
 from aerosim.scenario.build.placing import at
 from aerosim.scenario.build.replay import replayed
 from aerosim.scenario.build.route import Route, route_of
@@ -50,6 +51,7 @@ __all__ = [
     "replayed",
     "route_of",
     "terrain_of",
+    "with_table",
 ]
 
 
@@ -91,7 +93,8 @@ def build(scenario: Scenario, flights: FlightSource = fresh) -> Mission:
     with at(scenario, "flight"):
         local = terrain.grid.local(journey.around[0], journey.around[1], journey.margin)
     agl = plan.height - ground_height
-    ground = GroundView(terrain, local, agl / rows.focal_px)
+    scenario = with_table(scenario, agl)
+    ground = GroundView(terrain, local, agl / rows.focal_px, clouds_of(scenario, local))
     vh = planned_vh(plan, ground_height)
     return Mission(
         dt=dt,
@@ -100,11 +103,11 @@ def build(scenario: Scenario, flights: FlightSource = fresh) -> Mission:
         route=journey.route,
         ground=ground,
         flight=journey.flight,
-        mount=Mount(mount_of(scenario, journey.level_pitch), dt, rng_of("mount.encoder")),
-        rows=CcdRows(rows_of(scenario), ground_height, rng_of("ccd_rows.noise")),
+        mount=mount_device(scenario, journey.level_pitch, dt, rng_of("mount.encoder")),
+        rows=rows_device(scenario, ground_height, rng_of("ccd_rows.noise")),
         rows_every=round(rows.period_s * rate),
         rows_turn=rows.mounted_on == "camera",
-        aids=aids_of(scenario, rng_of),
+        aids=aids_of(scenario, rng_of, ground_height),
         observer=observer_of(scenario, vh),
         motion=motion_of(scenario),
         control=control_of(scenario, vh),

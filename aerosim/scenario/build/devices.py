@@ -54,6 +54,8 @@ def rows_of(scenario: Scenario) -> RowParameters:
         noise_grey=r.noise_grey,
         dark_drift_grey_per_s=r.dark_drift_grey_per_s,
         bits=r.bits,
+        gain_difference=r.gain_difference_pct / 100.0,
+        distortion=r.distortion,
     )
 
 
