@@ -41,7 +41,8 @@ def test_a_scenario_that_always_fails(tmp_path: Path, capsys: pytest.CaptureFixt
     shown = capsys.readouterr()
     assert code == 3
     assert "failed because" in shown.out
-    assert "left the terrain" in shown.out
+    assert sum("left the terrain" in line for line in shown.out.splitlines()) == 1  # one row of reasons alike
+    assert shown.err.splitlines()[-1] == "run failed: no run of the sweep was done"
     assert {row["status"] for row in Sweep(tmp_path / "s").table.to_pylist()} == {"failed"}
 
 
@@ -72,6 +73,59 @@ def test_a_mistake_is_one_line_and_leaves_nothing(
     assert says in shown.err
     assert len(shown.err.splitlines()) == 1
     assert not out.exists()
+
+
+def test_the_directory_of_another_sweep(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "s"
+    command = ["sweep", str(tiny_file(tmp_path)), "--workers=0", "-q", "--out", str(out)]
+    assert call([*command, f"--vary={WIND}=0"]) == 0
+    there = {file: file.read_bytes() for file in out.rglob("*") if file.is_file()}
+    capsys.readouterr()
+    for more, says in (
+        ([f"--vary={WIND}=0"], f"--out: {out} exists (another directory, or --resume)"),
+        ([f"--vary={WIND}=0,5", "--resume"], f"--resume: {out} holds another sweep: vary.{WIND} differs ("),
+    ):
+        assert call([*command, *more]) == 2
+        told, said = capsys.readouterr()
+        assert told == ""
+        assert said.startswith(says)
+        assert len(said.splitlines()) == 1
+    assert {file: file.read_bytes() for file in out.rglob("*") if file.is_file()} == there
+
+
+FULL = """
+import resource, sys
+from aerosim.cli.app import call
+from aerosim.sweep import driver
+limit, inner = int(sys.argv[1]), driver._Course.fly
+def full(*given):
+    # the disk has room for files up to this size only, from now on
+    resource.setrlimit(resource.RLIMIT_FSIZE, (limit, resource.RLIM_INFINITY))
+    return inner(*given)
+driver._Course.fly = full
+sys.exit(call(sys.argv[2:]))
+"""
+
+
+@pytest.mark.parametrize(("room", "kept"), [(300, 0), (8_000, 3)], ids=["runs", "table"])
+def test_a_full_disk_is_told_and_it_goes_on_when_there_is_room(tmp_path: Path, room: int, kept: int) -> None:
+    """Room for no run's file (some 2 kB), then for those and not for the table (some 30 kB)."""
+    pytest.importorskip("resource")
+    out = tmp_path / "s"
+    options = ["sweep", str(tiny_file(tmp_path)), f"--vary={WIND}=0:6:3", "--workers=0", "--out", str(out)]
+    ended = subprocess.run(
+        [sys.executable, "-c", FULL, str(room), *options], capture_output=True, text=True, timeout=120, check=False
+    )
+    assert ended.returncode == 3, ended.stderr
+    assert ended.stdout == f"{out}\n"
+    last = ended.stderr.splitlines()[-2:]
+    assert last[0] == f"run failed: {out} cannot be written: File too large; --resume goes on"
+    assert "Traceback" not in ended.stderr
+    assert len(files(out)) == kept
+    assert not list(out.rglob(".*.part*"))
+    assert call(["sweep", str(out), "--resume", "--workers=0", "-q"]) == 0
+    done = Sweep(out).summary
+    assert (done["done"], done["flown_now"]) == (3, 3 - kept)
 
 
 def test_an_interrupt_leaves_a_directory_that_resumes(tmp_path: Path) -> None:

@@ -38,7 +38,7 @@ def _tiles(view: SweepView) -> str:
         (f"{view.seeds}", "seed at each" if view.seeds == 1 else "seeds at each"),
         (f"{view.runs}", "runs ended"),
         (f"{view.failed}", "of them failed"),
-        (time, "time of all runs, added up"),
+        (time, "time of all runs"),
     )
     return '<div class="tiles">' + "".join(f"<div><b>{a}</b><span>{b}</span></div>" for a, b in facts) + "</div>"
 
@@ -72,6 +72,8 @@ def _varied(view: SweepView) -> str:
         else:
             text = ", ".join(told("", value) for value in values)
         rows.append((key, axis(key), text))
+    if view.points == 1:
+        return "<h2>What was varied</h2>" + _table((("Key", False), ("In words", False), ("Value", False)), rows)
     how = "All combinations." if view.grid else "A sample, not all combinations."
     same = f"The same {view.seeds} seeds" if view.seeds > 1 else "The same seed"
     note = (
@@ -107,7 +109,7 @@ def _reading(view: SweepView) -> str:
         )
     terms["Main effect"] = effect
     body = "".join(f"<dt>{name}</dt><dd>{escape(text)}</dd>" for name, text in terms.items())
-    return f"<details><summary>How to read the plots</summary><dl>{body}</dl></details>"
+    return f"<details><summary>How to read it</summary><dl>{body}</dl></details>"
 
 
 def _failures(view: SweepView) -> str:
@@ -186,7 +188,7 @@ def _metric(view: SweepView, metric: MetricView) -> Iterator[str]:
     if all(m.mean != m.mean for m in metric.means):
         yield '<p class="note">No run has a value of this.</p>'
         return
-    if view.points > 1:
+    if view.points > 1:  # of one, the table of its mean is all
         yield from _plots(view, metric)
     yield _means(view, metric)
     yield _pairs(view, metric)
@@ -229,10 +231,12 @@ def _plots(view: SweepView, metric: MetricView) -> Iterator[str]:
 
 def _others(view: SweepView) -> str:
     """Least and greatest mean of the figures that have no section of their own."""
-    rows = []
+    rows: list[Sequence[str]] = []
     for metric in view.others:
         known = [m for m in metric.means if m.mean == m.mean]
-        if known:
+        if known and view.points == 1:
+            rows.append((metric.figure.name, metric.figure.unit, limits(metric.figure, known[0])))
+        elif known:
             low, high = min(known, key=lambda m: m.mean), max(known, key=lambda m: m.mean)
             names = (metric.figure.name, metric.figure.unit)
             texts = [limits(metric.figure, m) for m in (low, high)]
@@ -242,7 +246,8 @@ def _others(view: SweepView) -> str:
     head = (
         ("Figure", False), ("", False), ("Least mean", True), ("at", False), ("Greatest mean", True), ("at", False)
     )  # fmt: skip
-    return "<h2>Other figures</h2>" + _table(head, rows)
+    one = (*head[:2], ("Mean", True))
+    return "<h2>Other figures</h2>" + _table(one if view.points == 1 else head, rows)
 
 
 def _at(values: dict[str, Any]) -> str:

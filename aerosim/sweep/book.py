@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+import re
 import sys
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +21,20 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 REASONS = 20  # shown of why runs failed
+NUMBER = re.compile(r"\d+(\.\d+)?")
+
+
+def alike(reasons: Sequence[str]) -> list[tuple[str, list[int]]]:
+    """Reasons, those that differ in numbers only (times, heights) as one, with places; most frequent first."""
+    groups: dict[str, list[int]] = {}
+    for place, reason in sorted(enumerate(reasons), key=lambda item: item[1]):
+        groups.setdefault(NUMBER.sub("#", reason), []).append(place)
+    out = []
+    for places in sorted(groups.values(), key=len, reverse=True):
+        differ = len({reasons[place] for place in places}) > 1
+        note = " (with other numbers in other runs)" if differ else ""
+        out.append((f"{reasons[places[0]]}{note}", sorted(places)))
+    return out
 
 
 class Book:
@@ -72,9 +87,8 @@ class Book:
     def figures(self) -> dict[str, Any]:
         """How many runs are wanted, done and failed, and why they failed (most frequent reasons first)."""
         counted = list(self.counted())
-        reasons = Counter(result.reason for result in counted if result.status != "done")
-        told = sorted(reasons.items(), key=lambda item: (-item[1], item[0]))[:REASONS]
-        failed = sum(reasons.values())
+        reasons = alike([result.reason for result in counted if result.status != "done"])
+        failed = sum(len(places) for _, places in reasons)
         return {
             "points": len(self.spec.points),
             "seeds": self.stopped or self.spec.seeds,
@@ -82,5 +96,5 @@ class Book:
             "runs": self.wanted,
             "done": len(counted) - failed,
             "failed": failed,
-            "reasons": [{"reason": reason, "runs": count} for reason, count in told],
+            "reasons": [{"reason": reason, "runs": len(places)} for reason, places in reasons[:REASONS]],
         }

@@ -20,6 +20,7 @@ CONNECT_S = 7.0
 LOOK_S = 0.5  # between two looks at who is there
 SILENCE_S = 30.0  # after which a scheduler counts as gone
 ADDRESS = "the address that `dask scheduler` prints"
+TALKERS = ("distributed.client", "distributed.batched", "distributed.comm.tcp", "distributed.core")
 INSTALL = 'pip install "aerosim-survey[cluster]"'
 
 
@@ -89,8 +90,8 @@ class Link:
 
     def close(self) -> None:
         """Close the connection; the scheduler forgets what was asked of it."""
-        if self.client.status != "running":  # it is known, and told in our words
-            logging.getLogger("distributed.client").setLevel(logging.CRITICAL)
+        for name in TALKERS:  # what is cut off in the middle is known, and told in our words
+            logging.getLogger(name).setLevel(logging.CRITICAL)
         with suppress(OSError, TimeoutError, RuntimeError):
             self.client.close(timeout=2)
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json
 import logging
+import os
 import shutil
 import time
 from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -106,10 +107,22 @@ def _check_first(spec: SweepSpec) -> None:
         raise spec.placed(spec.scenario.place(error) if error.key not in spec.places else error) from error
 
 
+class _Log(logging.FileHandler):
+    """A log that is no reason to end, nor to print anything, if there is no room for it."""
+
+    def handleError(self, record: logging.LogRecord) -> None:  # noqa: N802
+        """What is not written is left out."""
+
+    def close(self) -> None:
+        """Close the file; what is still to be written may be lost."""
+        with suppress(OSError):
+            super().close()
+
+
 @contextmanager
 def _log_in(file: Path) -> Iterator[None]:
     """Messages of the package go into a file too."""
-    handler = logging.FileHandler(file, encoding="utf-8")
+    handler = _Log(file, encoding="utf-8")
     handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
     journal.addHandler(handler)
     journal.setLevel(min(journal.level or logging.INFO, logging.INFO))
@@ -170,7 +183,8 @@ class _Course:
         return "done", None
 
     def _unwritten(self, error: OSError) -> RunFailure:
-        return RunFailure(f"{self.out} cannot be written: {error.strerror or error}; --resume goes on")
+        why = os.strerror(error.errno) if error.errno else str(error)  # pyarrow's own words are long ones
+        return RunFailure(f"{self.out} cannot be written: {why}; --resume goes on")
 
     def _keep(self, result: Result) -> None:
         """A result that ended: its file is there or is written now."""

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from aerosim.errors import InputError
+from aerosim.sweep.book import alike
 from aerosim.sweep.matrix import identity
 from aerosim.sweep.stats import LEVEL, Effect, effects, means, paired
 from aerosim.sweep.table import metrics_of, parameters_of, read_table
@@ -26,7 +26,6 @@ NOT_TOLD = ("speed.", "flight.lines")
 CURVES_MOST = 7
 PANELS_MOST = 4
 PAIRS_MOST = 7
-NUMBER = re.compile(r"\d+(\.\d+)?")
 
 
 def write_report(out: Path, spec: SweepSpec | None = None, status: str = "") -> Path:
@@ -176,17 +175,12 @@ def _reasons(failed: Sequence[Mapping[str, Any]], keys: Sequence[str]) -> list[t
     """Failed runs by reason, most frequent first, with the values at which they failed."""
     from aerosim.report.sweep_view import told, word
 
-    groups: dict[str, list[Mapping[str, Any]]] = {}
-    for row in failed:  # times and heights differ from run to run
-        groups.setdefault(NUMBER.sub("#", str(row["reason"])), []).append(row)
     out = []
-    for mine in sorted(groups.values(), key=len, reverse=True):
+    for reason, places in alike([str(row["reason"]) for row in failed]):
         where = []
         for key in keys:
-            values = list(dict.fromkeys(told(key, row[key]) for row in mine))
+            values = list(dict.fromkeys(told(key, failed[place][key]) for place in places))
             more = f" and {len(values) - 6} more" if len(values) > 6 else ""
             where.append(f"{word(key)} {', '.join(values[:6])}{more}")
-        alike = len({row["reason"] for row in mine}) == 1
-        reason = f"{mine[0]['reason']}{'' if alike else ' (with other numbers in other runs)'}"
-        out.append((reason, len(mine), "; ".join(where)))
+        out.append((reason, len(places), "; ".join(where)))
     return out
