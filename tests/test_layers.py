@@ -40,6 +40,7 @@ CALLED = {
     "forecast",
     "simulate",
     "sweep",
+    "tune",
 }
 
 # part -> what it may import besides itself.  A part is a module or a folder right below aerosim/;
@@ -62,6 +63,7 @@ ALLOWED: dict[str, set[str]] = {
     "metrics": GEOMETRY | RECORD | {"signals", "truth"},
     "report": GEOMETRY | RECORD | {"metrics"},
     "forecast": GEOMETRY | {"scenario", "scenario.build", "world", "flight", "metrics", "formats"},
+    "tune": GEOMETRY | RECORD | {"scenario", "estimation"},
     "simulate": GEOMETRY | LOOP,
     "sweep": GEOMETRY | RECORD | {"scenario", "scenario.build", "flight", "metrics", "simulate", "report"},
     # the verbs: thin, but they may call everything that a Python user can
@@ -80,6 +82,9 @@ EXCEPTIONS: dict[tuple[str, str], str] = {
     ("report.source", "scenario.build"): "opens the terrain that the record names, to draw it",
     ("report.source", "world.terrain"): "the type of that terrain",
     ("report.plan_map", "forecast"): "the plan that is drawn, its ways and footprints",
+    ("report.track_map", "forecast"): "the plan that is drawn, and what the rows will make of its land",
+    ("forecast.strip_forecast", "estimation.mad"): "what makes a trough is the recogniser's judgement",
+    ("forecast.strip_forecast", "sensing.ccd_rows"): "where automatic exposure brings the rows, and its limits",
 }
 
 

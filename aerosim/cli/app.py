@@ -14,7 +14,7 @@ from typing import Annotated
 
 import typer
 
-from aerosim.cli import flights, look, plan, scenarios, sweep, terrain
+from aerosim.cli import flights, look, plan, scenarios, sweep, terrain, tune
 from aerosim.cli.console import settings
 from aerosim.errors import InputError, RunFailure
 
@@ -39,6 +39,7 @@ app.command()(flights.run)
 app.command()(plan.check)
 app.command()(plan.plan)
 app.command()(sweep.sweep)
+app.command(epilog=tune.EPILOG)(tune.tune)
 app.command("list")(scenarios.list_shipped)
 app.command()(scenarios.new)
 app.command()(scenarios.schema)
