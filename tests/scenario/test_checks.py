@@ -99,11 +99,10 @@ NOT_YET = {
     "flight.area": "{corners_deg: [[1, 2], [1, 3], [2, 3]]}",
     "flight.file": "lines.csv",
     "mount.level": "stabilised",
-    "estimation.aiding": "gyro",
     "control.mode": "best",
     "frame_camera.write": "true",
     "frame_camera.render_pixel_um": "24",
-    "navigation": "{smooth: {p: 2, d: 2}}",
+    "navigation.smooth": "{p: 2, d: 2}",
 }
 
 

@@ -82,11 +82,27 @@ CONTEXT: list[tuple[str, dict[str, Any]]] = [
     ("flight.navigator.", {"flight.pilot": "navigator"}),
     ("frame_camera.", {"flight.lines": None, "flight.area": AREA}),
     ("control.end_lap_pct", {"flight.lines": None, "flight.area": AREA}),
+    ("control.navigator.", {"control.mode": "navigator"}),
+    ("ccd_rows.faults.", {"ccd_rows.faults": {}}),
+    ("mount.faults.", {"mount.faults": {"stuck_from_s": 1.0, "stuck_until_s": 2.0}}),
+    ("navigation.imu.", {"navigation": {"gnss": None, "ins": None, "imu": {}}}),
+    ("navigation.", {"control.mode": "gnss_ins"}),
 ]  # fmt: skip
 # what only an area's plan asks of the camera and of the controller
 OF_AREA = ("control.end_lap_pct", "frame_camera.focal_mm", "frame_camera.format_mm", "frame_camera.pixel_um")
 # keys that no flight is made from, whatever is planned
-NOT_FLOWN = ("ccd_rows.", "estimation.", "mount.", "record.", "control.mode", "control.fmc", "name", "purpose")
+NOT_FLOWN = (
+    "ccd_rows.",
+    "estimation.",
+    "mount.",
+    "record.",
+    "control.mode",
+    "control.fmc",
+    "control.navigator.",
+    "navigation.",
+    "name",
+    "purpose",
+)
 
 
 def closed(key: str) -> bool:
