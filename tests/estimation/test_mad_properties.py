@@ -49,7 +49,7 @@ shifts, steps_a_px = st.floats(-5.5, 5.5), st.floats(2.0, 7.0)
 grounds = st.integers(0, 10_000)
 
 
-@settings(deadline=None, max_examples=40, derandomize=True)
+@settings(deadline=None, max_examples=25, derandomize=True)
 @given(
     seed=grounds, n=st.floats(-1.0, 1.0), mu=shifts, pixels=st.integers(64, 160), steps_per_px=steps_a_px,
     gain=st.floats(0.6, 1.4), offset=st.floats(-20.0, 20.0),
@@ -57,7 +57,7 @@ grounds = st.integers(0, 10_000)
 def test_a_shift_is_found_whatever_the_gain_and_the_length(
     seed: int, n: float, mu: float, pixels: int, steps_per_px: float, gain: float, offset: float
 ) -> None:
-    """Of 1440 strips measured mu was at most 0.22 px off (rms 0.06), n 0.60 px (rms 0.04 to 0.11, few outliers)."""
+    """Of 1440 strips measured mu was at most 0.20 px off (rms 0.06), n 0.60 px (rms 0.04 to 0.11)."""
     trough = found(surface(seed, n, mu, pixels, steps_per_px, gain, offset), steps_per_px)
     assert trough.mu == pytest.approx(mu, abs=0.3)
     assert trough.step == pytest.approx(n, abs=0.75)
@@ -100,9 +100,9 @@ def test_mirrored_rows_have_the_opposite_shift(seed: int, mu: float, pixels: int
 def test_longer_rows_see_the_shift_better(pixels: int, bound_mu: float, bound_n: float) -> None:
     """Row II at 0.6 of the gain, 2.17 exposures a pixel.
 
-    Measured, three times 40 grounds: 64 pixels 0.063 to 0.075 px in mu and 0.075 to 0.111 px in n, 160 pixels 0.054
-    to 0.057 and 0.054 to 0.065.  The rms of 40 has a relative standard deviation of 11 %: the bounds are 2 to 3 of
-    them above the worst.
+    Measured, three times 40 grounds: 64 pixels 0.063 to 0.075 px in mu and 0.075 to 0.111 px in n, 160 pixels
+    0.054 to 0.057 and 0.054 to 0.065.  The rms of 40 has a relative standard deviation of 11 %: the bounds are 2
+    to 3 of them above the worst.
     """
     errors = []
     for seed in range(1000, 1040):
