@@ -218,7 +218,8 @@ def _plots(view: SweepView, metric: MetricView) -> Iterator[str]:
             content = plots.differences(metric, view.varied, view.axes, view.compared)
             caption = f"Paired differences over common seeds {limited}.{rest}"
             yield _figure(content, f"Differences of {name}", caption)
-    if any(e.effect == e.effect and e.effect != 0.0 for e in metric.effects):
+    rounding = 1e-12 * max((abs(m.mean) for m in metric.means if m.mean == m.mean), default=0.0)
+    if any(abs(e.effect) > rounding for e in metric.effects):  # NaN, where it is not known, is not
         kind = (
             "Mean of all runs with a value less the mean of all runs"
             if view.grid

@@ -172,6 +172,41 @@ def test_one_seed_and_nothing_done(tmp_path: Path) -> None:
     assert "no way" in text
 
 
+def test_what_does_not_differ_is_said_instead_of_drawn(tmp_path: Path) -> None:
+    """Of a metric that sees none of the keys."""
+    metrics = {CRAB: lambda point, seed: 1.0 + 0.1 * noise("air", seed), VH: vh}
+    directory(tmp_path, {MODE: MODES[1:], "control.fmc": (True, False)}, 2, metrics)
+    html = write_report(tmp_path).read_text(encoding="utf-8")
+    section = html[html.index("<h2>Crab") : html.index("<h2>v/h")]
+    assert "None: false less true is 0 at every seed." in text_of(section)
+    assert section.count("<figure>") == 1  # the means; neither differences nor effects
+
+
+def test_differences_over_words_stand_beside_each_other(tmp_path: Path) -> None:
+    directory(tmp_path, {MODE: MODES, "estimation.vh.gamma": (None, 0.05)}, 3, {CRAB: crab})
+    html = write_report(tmp_path).read_text(encoding="utf-8")
+    section = html[html.index("<h3>Differences") : html.index("<h3>Main effects")]
+    assert "0.05 less null" in section
+    heads = re.findall(r">\s*(fixed|schmelovsky_1988|pipelined)\s*<", section)
+    assert heads == list(MODES)
+
+
+def test_one_point_is_a_table(tmp_path: Path) -> None:
+    directory(tmp_path, {WIND: (5,)}, 3, METRICS)
+    html = write_report(tmp_path).read_text(encoding="utf-8")
+    assert "<figure>" not in html
+    assert "Least mean" not in html
+    assert "1 point 3 seeds at each" in text_of(html)
+
+
+def test_it_says_how_it_is_read(html: str, tmp_path: Path) -> None:
+    assert all(f"<dt>{term}</dt>" in html for term in ("Mean and band", "Paired difference", "Main effect"))
+    directory(tmp_path, {WIND: Range(0, 20)}, 2, METRICS, sampling="latin_hypercube", samples=4)
+    sample = write_report(tmp_path).read_text(encoding="utf-8")
+    assert "<dt>Paired difference</dt>" not in sample
+    assert "differences are paired" not in sample
+
+
 def test_a_failed_point_leaves_no_value_of_its_own(tmp_path: Path) -> None:
     """One point that always fails: dashes and its count, no main effects, and the others as they are."""
     directory(tmp_path, {WIND: (0, 10), MODE: MODES}, 3, METRICS, {(5, s): "lost" for s in (1, 2, 3)})
@@ -198,6 +233,7 @@ def test_words() -> None:
     assert told(WIND, 10) == "10 m/s"
     assert told(WIND, 0.1817041234) == "0.1817 m/s"
     assert told(ROUGH, 0.35) == "0.35 m/s"
+    assert [told("", value) for value in (None, True, False)] == ["null", "true", "false"]
     assert with_limits(1.23456, 0.0123, 2) == "1.235 ± 0.012"
     assert with_limits(123.456, 12.3, 2) == "123 ± 12"
     assert with_limits(float("nan"), float("nan"), 2) == "–"
