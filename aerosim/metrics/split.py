@@ -172,13 +172,14 @@ def split_vh(tel: Columns, matches: Columns, used: NDArray[np.bool_]) -> Split:
     The filter runs on n, so on h/v.  Its parts are those of the crab, of h/v with the line's mean height of the
     ground: fast_speed (speed faster than a strip sees), lag; noise and convergence are of the strips' readings.
     relief: what the height of the ground about that mean adds, now and in the strips.  used: samples, (n,); those
-    without an estimate do not count.  Another filter: only fast_speed is told, the rest is in rest.
+    without an estimate, or over no terrain, do not count.  Another filter: only fast_speed is told, the rest is in
+    rest.
     """
-    samples = used & np.isfinite(tel["vh_est_per_s"])
+    error = tel["vh_est_per_s"] / tel["vh_true_per_s"] - 1.0
+    samples = used & np.isfinite(error)
     span = strip_time(matches)
     if span is None or not samples.any():
         return _unknown(VH_PARTS, NO_STRIP if used.any() and span is None else "")
-    error = tel["vh_est_per_s"] / tel["vh_true_per_s"] - 1.0
     if _small(error[samples]):
         parts = dict.fromkeys(VH_PARTS, np.zeros(len(error)))
     else:

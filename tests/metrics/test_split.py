@@ -217,6 +217,18 @@ def test_everything_at_once_adds_up(seed: int) -> None:
         assert total(found) == pytest.approx(rms**2, rel=1e-12)
 
 
+def test_moments_over_no_terrain_do_not_count() -> None:
+    telemetry, matches = record(ground=lambda t: 400.0 + 100.0 * np.sin(t / 9.0), wrong_vh=noise(6, 0.02))
+    whole, _ = vh_of((telemetry, matches))
+    hole = (telemetry["t_s"] > 300.0) & (telemetry["t_s"] < 301.0)
+    telemetry["vh_true_per_s"] = np.where(hole, np.nan, telemetry["vh_true_per_s"])
+    used = counted(telemetry)
+    found = split_vh(telemetry, matches, used)
+    error = 100.0 * (telemetry["vh_est_per_s"] / telemetry["vh_true_per_s"] - 1.0)[used & ~hole]
+    assert total(found) == pytest.approx(np.mean(error**2), rel=1e-12)
+    assert found.rms["relief"] == pytest.approx(whole.rms["relief"], rel=0.01)
+
+
 def test_a_filter_in_whole_numbers_is_split_too() -> None:
     common: dict[str, Any] = {"drift": lambda t: 8.0 + np.sin(t / 20.0), "wrong_drift": noise(5, 1.0)}
     real, _ = crab_of(record(**common))
