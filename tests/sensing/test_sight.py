@@ -71,8 +71,8 @@ def lines():
 
 def test_corrections_are_as_many_and_as_large_as_the_paper_says(lines):
     # Schmelovsky (1988): on 12 km at 250 km/h three to four corrections of 2 to 3 deg.  The number scatters by 1.3
-    # from line to line, the size by 0.6 deg: over 48 lines the means are known to 0.19 and to 0.05 deg, and have to
-    # lie inside the paper's ranges.
+    # from line to line, the size by 0.6 deg: over 48 lines the means are known to 0.19 and to 0.05 deg, and have
+    # to lie inside the paper's ranges.
     counts = np.array([len(line.spoken) for line in lines])
     sizes = np.abs([degrees for line in lines for degrees in line.spoken])
     assert 3.0 < counts.mean() < 4.0
