@@ -16,20 +16,19 @@ import tempfile
 import time
 from collections.abc import Generator, Iterator
 from contextlib import suppress
-from dataclasses import asdict
-from itertools import islice, pairwise
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from aerosim.errors import RunFailure
 from aerosim.scenario import load_scenario, with_overrides
 from aerosim.simulate import simulate
+from aerosim.sweep.book import Book
 from aerosim.sweep.driver import drive
 from aerosim.sweep.executor import LocalExecutor
-from aerosim.sweep.folder import opened
 from aerosim.sweep.spec import SweepSpec, make_spec
+from aerosim.sweep.stoprule import StopRule
 from aerosim.sweep.vary import varied
-from aerosim.sweep.work import Result, Task, result_file, run_one, scenario_of
+from aerosim.sweep.work import Result, Task, result_file, run_one, scenario_of, write_result
 
 EFFICIENCY_LEAST = 0.9
 OVERHEAD_LIMIT = 0.05
@@ -161,22 +160,6 @@ def machine() -> float:
     return serial / (2.0 * wall(*both))
 
 
-class MadeUp:
-    """Results without flights, and when each was taken in."""
-
-    workers = 1
-
-    def __init__(self) -> None:
-        self.at: list[float] = []
-
-    def run(self, tasks: Iterator[Task]) -> Generator[Result, None, None]:
-        for task in tasks:
-            self.at.append(time.perf_counter())
-            if len(self.at) > APPENDED:
-                raise RunFailure("enough")  # without a report
-            yield made_up(task)
-
-
 def made_up(task: Task) -> Result:
     """A result of as many figures as a run has."""
     figures = {f"section.figure_{k}": 0.1 * (task.seed % 7) + k for k in range(59)}
@@ -185,20 +168,24 @@ def made_up(task: Task) -> Result:
 
 
 def appending(there: int, rule: str | None) -> float:
-    """Time in which a result is taken in, written and counted when so many are there, s; the least of some."""
-    from aerosim.sweep.stoprule import StopRule
-
-    made, settings = MadeUp(), {"stop_when": StopRule.parse(rule)} if rule else {}
+    """Processor time in which a result is written and counted when so many are there, s: the median."""
+    settings = {"stop_when": StopRule.parse(rule)} if rule else {}
     spec = grid({WIND: [0, 5, 10, 15]}, seeds=2 * PLANNED // 4, **settings)
+    book, times = Book(spec), []
     with tempfile.TemporaryDirectory() as folder:
-        out = Path(folder) / "s"
-        with opened(out, spec, resume=False):
-            for task in islice(spec.tasks(out), there):
-                text = json.dumps(asdict(made_up(task)))
-                result_file(out, task.id).write_text(text)  # not forced to the disk as a sweep does
-        with suppress(RunFailure):
-            drive(spec, out, made, resume=True)
-    return statistics.quantiles([b - a for a, b in pairwise(made.at)], n=10)[0]
+        out = Path(folder)
+        (out / "runs").mkdir()
+        for number, task in enumerate(islice(spec.tasks(out), there + APPENDED)):
+            result = made_up(task)
+            if number < there:
+                result_file(out, task.id).write_text("there")
+                book.add(result)
+                continue
+            began = time.process_time()
+            write_result(out, result)
+            book.add(result)
+            times.append(time.process_time() - began)
+    return statistics.median(times)
 
 
 def growth(rule: str | None) -> tuple[float, float]:
