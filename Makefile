@@ -33,6 +33,7 @@ bench: $(VENV)/installed-test
 docs: $(VENV)/installed-test
 	$(BIN)/python -m aerosim.scenario.reference > docs/scenario.md
 	$(BIN)/python docs/make_figures.py
+	$(BIN)/python docs/control_figures.py
 
 $(VENV)/made:
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "aerosim needs Python 3.11 or newer")'
