@@ -22,6 +22,12 @@ Out = Annotated[
     typer.Option("--out", "-o", metavar="FILE", help="Write it to this .geojson, .kml or .csv (lines only)."),
 ]
 Map = Annotated[Path | None, typer.Option("--map", metavar="FILE", help="Draw a map into this .png.")]
+TrackMap = Annotated[
+    Path | None,
+    typer.Option(
+        "--trackability", metavar="FILE", help="Draw where the rows will recognise the land into this .png."
+    ),
+]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace files that exist.")]
 
 BESIDE_MAX = 8  # lines shown beside each other; more become a table
@@ -30,7 +36,7 @@ COLUMNS = {
     "course_deg": "course_deg", "length_m": "length_m", "duration_s": "time_s", "drift_deg": "drift_deg",
     "ground_speed_m_s": "speed_m_s", "photos": "photos", "photo_interval_s": "interval_s",
     "end_lap_highest_ground_pct": "end_lap_min_pct", "gsd_min_m": "gsd_min_m", "gsd_max_m": "gsd_max_m",
-    "blur_px": "blur_px",
+    "blur_px": "blur_px", "strips_accepted_pct": "strips_pct",
 }  # fmt: skip
 
 
@@ -61,15 +67,18 @@ def _show(found: Mapping[str, Any], as_json: bool) -> None:
     )
 
 
-def _check_names(out: Path | None, picture: Path | None, overwrite: bool) -> None:
+def _check_names(out: Path | None, picture: Path | None, overwrite: bool, track: Path | None = None) -> None:
     """What can be known about the files before the work is done."""
     if out is not None:
         from aerosim.formats.files import check_ending
 
         check_ending(out, "--out")
-    if picture is not None and picture.suffix.lower() != ".png":
-        raise InputError(f"{picture.name!r} is no picture", key="--map", allowed="a name that ends in .png")
-    for file in (out, picture):
+    for drawn, option in ((picture, "--map"), (track, "--trackability")):
+        if drawn is not None and drawn.suffix.lower() != ".png":
+            raise InputError(f"{drawn.name!r} is no picture", key=option, allowed="a name that ends in .png")
+    if picture is not None and picture == track:
+        raise InputError(f"{picture.name!r} is asked for twice", key="--trackability", allowed="another name")
+    for file in (out, picture, track):
         if file is not None and file.exists() and not overwrite:
             raise InputError("file exists", where=str(file), allowed="another name, or --overwrite")
 
@@ -98,6 +107,7 @@ def check(
     setting: Settings = None,
     out: Out = None,
     picture: Map = None,
+    track: TrackMap = None,
     overwrite: Overwrite = False,
     as_json: Json = False,
     quiet: Quiet = False,
@@ -109,9 +119,9 @@ def check(
     --out writes lines, photo centres and footprints.
     """
     scenario = scenario_of(source, seed, setting)
-    _check_names(out, picture, overwrite)
+    _check_names(out, picture, overwrite, track)
     try:
-        if out is None and picture is None:
+        if out is None and picture is None and track is None:
             from aerosim.forecast.check import forecast
 
             figures = forecast(scenario)
@@ -120,6 +130,12 @@ def check(
 
             found = outlook(scenario)
             _write(found, out, picture, overwrite, whole=True)
+            if track is not None:
+                from aerosim.formats import files
+                from aerosim.report.track_map import track_png
+
+                files.save(track, track_png(found), overwrite)
+                say(f"written: {track}")
             figures = found.figures
     except InputError as error:
         raise placed(scenario, error) from error

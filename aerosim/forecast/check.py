@@ -15,6 +15,7 @@ from aerosim.forecast.land import Land
 from aerosim.forecast.lines import line_figures
 from aerosim.forecast.shots import Shots, planned
 from aerosim.forecast.steady import Steady, steady
+from aerosim.forecast.trackability import Stations, line_strips, stations
 from aerosim.forecast.warned import warnings
 from aerosim.frames import Array
 
@@ -36,7 +37,8 @@ class Outlook(NamedTuple):
 
     figures: as `forecast` returns them; wind: where it goes to, north, east, m/s; ring: outline of the counted
     area on the plane of the land, (n, 2), m, None if there is none; names: of the lines; seen: photos
-    that see each cell of that area; path: of a replay, on the plane, (n, 2), m.
+    that see each cell of that area; track: what the rows will make of the land; path: of a replay, on the plane,
+    (n, 2), m.
     """
 
     figures: dict[str, Any]
@@ -48,6 +50,7 @@ class Outlook(NamedTuple):
     ring: Array | None
     names: tuple[str, ...]
     seen: covered.Coverage | None
+    track: Stations
     path: Array | None = None
 
 
@@ -116,7 +119,11 @@ def _outlook(
     )
     # what lies between the lines of a trajectory was not meant to be covered
     ring = _ring(land, plan, route.corners) if scenario.flight.replay is None else None
-    lines = [{"name": name, **line} for name, line in zip(route.names, lines, strict=True)]
+    track = stations(scenario, plan, land, terrain, ground)
+    lines = [
+        {"name": name, **line, **line_strips(track, index)}
+        for index, (name, line) in enumerate(zip(route.names, lines, strict=True))
+    ]
     asked = None if area is None else ring  # the hull of given lines is nobody's area
     pairs = side_lap.figures(land, side_lap.pairs(land, asked), route.names)
     seen = None if ring is None else covered.coverage(land, shots, ring)
@@ -132,7 +139,7 @@ def _outlook(
         "storage": _storage(scenario, camera, flown.duration, sum(line["photos"] for line in lines)),
     }
     found["warnings"] = warnings(scenario, found)
-    return Outlook(found, plan, wind, land, terrain, shots, ring, route.names, seen)
+    return Outlook(found, plan, wind, land, terrain, shots, ring, route.names, seen, track)
 
 
 def _wind(scenario: Scenario, route: Route) -> tuple[float, float]:

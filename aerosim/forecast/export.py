@@ -15,6 +15,7 @@ from aerosim.frames import Array
 SHOWN = (
     "course_deg", "length_m", "duration_s", "drift_deg", "ground_speed_m_s", "photos", "photo_interval_s",
     "photo_base_m", "end_lap_pct", "gsd_min_m", "gsd_max_m",
+    "strips_accepted_pct",
 )  # fmt: skip
 
 

@@ -12,13 +12,15 @@ from aerosim.scenario.scenario import Scenario
 SETTLE_S = 45.0  # from the start of a run-in until the first strips are recognised and the camera has turned
 BLUR_PX = 0.5  # the cameras' makers' rule
 TOLERANCE_PCT = 0.5  # of a side lap
+FEW_PCT = 50.0  # of the strips of a line
+BLIND_M = 2000.0  # half a minute; until then what was known is good enough
 SEARCHING = ("fixed", "ideal")  # modes that need no rows
 
 
 def warnings(scenario: Scenario, found: dict[str, Any]) -> list[str]:
     """Sentences, each with its line or place.  found: the forecast."""
     area = scenario.flight.area
-    told = [*_fuel(found), *_motion(scenario, found), *_photos(scenario, found)]
+    told = [*_fuel(found), *_motion(scenario, found), *_strips(scenario, found), *_photos(scenario, found)]
     told += [*_laps(found, area), *_coverage(found, area is not None)]
     return told
 
@@ -62,6 +64,22 @@ def _motion(scenario: Scenario, found: dict[str, Any]) -> Iterator[str]:
             f"run-in of {scenario.flight.run_in_s:g} s is shorter than the {SETTLE_S:g} s that the camera takes "
             f"to settle: the first photos of each line may be off"
         )
+
+
+def _strips(scenario: Scenario, found: dict[str, Any]) -> Iterator[str]:
+    """Land that the rows will not recognise."""
+    if scenario.control.mode in SEARCHING:
+        return
+    lines = found["lines"]
+    known = [k for k, line in enumerate(lines) if line["strips_accepted_pct"] is not None]
+    few = [k for k in known if lines[k]["strips_accepted_pct"] < FEW_PCT]
+    if few:
+        least = min(lines[k]["strips_accepted_pct"] for k in few)
+        yield f"{_which(lines, few)}: as few as {least:.0f} % of the strips will be recognised over this land"
+    blind = [k for k in known if lines[k]["strips_blind_m"] >= BLIND_M]
+    if blind:
+        most = max(lines[k]["strips_blind_m"] for k in blind)
+        yield f"{_which(lines, blind)}: hardly a strip will be recognised on {most / 1000.0:.1f} km in a row"
 
 
 def _photos(scenario: Scenario, found: dict[str, Any]) -> Iterator[str]:

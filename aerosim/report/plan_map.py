@@ -20,7 +20,7 @@ GAP = "#d00000"
 HALO = {"fc": "#ffffffd8", "ec": "none"}
 
 
-class _Map:
+class PlanOnMap:
     """A plan on the map grid of its terrain.  Lengths in m, easting and northing."""
 
     def __init__(self, found: Outlook) -> None:
@@ -50,6 +50,18 @@ class _Map:
         margin = 0.03 * float((high - low).max())
         return float(low[0] - margin), float(low[1] - margin), float(high[0] + margin), float(high[1] + margin)
 
+    @property
+    def each(self) -> int:
+        """Only each so-many-th line bears its name and arrow."""
+        return -(-len(self.lines) // MOST_NAMES)
+
+    def name_lines(self, ax: Any) -> None:
+        """Names of the lines at their starts."""
+        ring = {"boxstyle": "circle,pad=0.2", "fc": "#ffffff", "ec": ESTIMATE, "lw": 0.8}
+        for number in range(0, len(self.lines), self.each):
+            name, start = self.found.names[number], self.lines[number, 0]
+            ax.annotate(name, start, ha="center", va="center", fontsize=7.5, zorder=7, bbox=ring)
+
     def north(self) -> Array:
         """Direction of true north on the grid in the plan's middle, unit vector."""
         foot, up = self.placed(np.array([[0.0, 0.0], [0.0, 1000.0]]))
@@ -58,29 +70,35 @@ class _Map:
 
 def draw(ax: Any, found: Outlook) -> None:
     """Draw the map of a plan into matplotlib axes whose figure has its final size."""
-    plan = _Map(found)
+    plan = PlanOnMap(found)
     bounds = plan.extent()
+    blank_axes(ax, bounds)
+    land(ax, found, bounds)
+    _photos(ax, plan)
+    _ways(ax, plan)
+    _gaps(ax, plan)
+    ax.figure.suptitle(_title(found), fontsize=10, x=0.01, ha="left")
+    ax.figure.legend(loc="outside lower right", ncols=7, fontsize=9, handlelength=1.8)
+    furniture(ax, plan, bounds)
+
+
+def blank_axes(ax: Any, bounds: tuple[float, float, float, float]) -> None:
+    """Axes of a map in km.  bounds: e_min, n_min, e_max, n_max, m."""
     ax.set_xlim(bounds[0], bounds[2])
     ax.set_ylim(bounds[1], bounds[3])
     ax.set_aspect("equal")
     ax.grid(visible=False)
     ax.set_facecolor("#e9e9e4")
-    _land(ax, found, bounds)
-    _photos(ax, plan)
-    _ways(ax, plan)
-    _gaps(ax, plan)
     for axis in (ax.xaxis, ax.yaxis):
         axis.set_major_formatter(lambda value, _: f"{value / 1000:g}")
     ax.set_xlabel("easting [km]")
     ax.set_ylabel("northing [km]")
-    ax.figure.suptitle(_title(found), fontsize=10, x=0.01, ha="left")
-    ax.figure.legend(loc="outside lower right", ncols=7, fontsize=9, handlelength=1.8)
-    _furniture(ax, plan, bounds)
 
 
-def _land(ax: Any, found: Outlook, bounds: tuple[float, float, float, float]) -> None:
-    land = found.terrain.bounds
-    cut = (*np.maximum(bounds[:2], land[:2]), *np.minimum(bounds[2:], land[2:]))
+def land(ax: Any, found: Outlook, bounds: tuple[float, float, float, float]) -> None:
+    """The orthophoto, paled, as far as there is one."""
+    whole = found.terrain.bounds
+    cut = (*np.maximum(bounds[:2], whole[:2]), *np.minimum(bounds[2:], whole[2:]))
     if cut[0] >= cut[2] or cut[1] >= cut[3]:
         return
     picture, window = found.terrain.picture(MAP_PX, cut)
@@ -90,7 +108,7 @@ def _land(ax: Any, found: Outlook, bounds: tuple[float, float, float, float]) ->
     ax.imshow(soft, extent=(e_min - half, e_max + half, n_min - half, n_max + half), origin="upper", zorder=0)
 
 
-def _photos(ax: Any, plan: _Map) -> None:
+def _photos(ax: Any, plan: PlanOnMap) -> None:
     from matplotlib.collections import PolyCollection
     from matplotlib.patheffects import withStroke
 
@@ -107,7 +125,7 @@ def _photos(ax: Any, plan: _Map) -> None:
     ax.plot(*plan.centres.T, "o", ms=size, color=STRIP, mec="#000000", mew=0.3, zorder=6, label="photo")
 
 
-def _ways(ax: Any, plan: _Map) -> None:
+def _ways(ax: Any, plan: PlanOnMap) -> None:
     """Area, lines with direction and name, run-ins and turns."""
     from matplotlib.collections import LineCollection
     from matplotlib.patches import Polygon
@@ -122,18 +140,14 @@ def _ways(ax: Any, plan: _Map) -> None:
         ax.add_collection(LineCollection(plan.run_ins, colors="#5b3a8c", lw=1.6, ls=":", zorder=4, label="run-in"))
     ax.add_collection(LineCollection(list(plan.lines), colors=ESTIMATE, lw=1.6, zorder=4, label="line"))
     arrow = {"arrowstyle": "-|>,head_width=0.25,head_length=0.5", "color": ESTIMATE, "lw": 1.6}
-    ring = {"boxstyle": "circle,pad=0.2", "fc": "#ffffff", "ec": ESTIMATE, "lw": 0.8}
-    each = -(-len(plan.lines) // MOST_NAMES)
-    for number, (start, end) in enumerate(plan.lines):
-        if number % each == 0:
-            middle = start + 0.5 * (end - start)
-            way = 0.02 * (end - start)
-            ax.annotate("", xy=middle + way, xytext=middle - way, arrowprops=arrow, zorder=5)
-            name = plan.found.names[number]
-            ax.annotate(name, start, ha="center", va="center", fontsize=7.5, zorder=7, bbox=ring)
+    for start, end in plan.lines[:: plan.each]:
+        middle = start + 0.5 * (end - start)
+        way = 0.02 * (end - start)
+        ax.annotate("", xy=middle + way, xytext=middle - way, arrowprops=arrow, zorder=5)
+    plan.name_lines(ax)
 
 
-def _gaps(ax: Any, plan: _Map) -> None:
+def _gaps(ax: Any, plan: PlanOnMap) -> None:
     """What no photo sees, in red, ringed where it is small."""
     from matplotlib.colors import ListedColormap
 
@@ -181,7 +195,7 @@ def _area(km2: float) -> str:
     return f"{100.0 * km2:.3g} ha" if km2 >= 0.001 else f"{1e6 * km2:.3g} m²"
 
 
-def _furniture(ax: Any, plan: _Map, bounds: tuple[float, float, float, float]) -> None:
+def furniture(ax: Any, plan: PlanOnMap, bounds: tuple[float, float, float, float]) -> None:
     """Scale bar, north arrow, wind arrow, in the corners of the map."""
     ax.figure.canvas.draw()  # the layout is made only now
     width, height = bounds[2] - bounds[0], bounds[3] - bounds[1]
@@ -228,15 +242,20 @@ def _points(ax: Any, place: Array) -> Array:
 
 def figure_of(found: Outlook) -> Any:
     """The map as a matplotlib figure, 10 inches wide; to be called and saved within `plots.style`."""
+    figure = sized_figure(PlanOnMap(found).extent())
+    draw(figure.subplots(), found)
+    return figure
+
+
+def sized_figure(bounds: tuple[float, float, float, float]) -> Any:
+    """An empty figure, 10 inches wide, for a map of these bounds."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    bounds = _Map(found).extent()
     shape = (bounds[3] - bounds[1]) / (bounds[2] - bounds[0])
     size = (10.0, float(np.clip(9.2 * shape + 1.3, 4.0, 12.0)))
     figure = Figure(figsize=size, layout="constrained", dpi=130)
     FigureCanvasAgg(figure)
-    draw(figure.subplots(), found)
     return figure
 
 
