@@ -9,7 +9,7 @@ from aerosim.report.source import Source
 
 
 def how_flown(source: Source) -> str:
-    """How a run was flown, in one sentence: lines, height, speed, air, camera, mode."""
+    """How a run was flown, in one sentence: lines, height, speed, air, camera, mode, aids, faults."""
     s = source.scenario
     flight, camera = s.flight, s.frame_camera
     if flight.replay is None:
@@ -23,8 +23,16 @@ def how_flown(source: Source) -> str:
         how = f"of the trajectory {Path(file).name}"
     return (
         f"{source.count(source.lines)} lines {how}; {_air(s.air)}; camera {camera.focal_mm:g} mm, "
-        f"{camera.format_mm[0]:g} x {camera.format_mm[1]:g} mm; mode {s.control.mode}."
+        f"{camera.format_mm[0]:g} x {camera.format_mm[1]:g} mm; mode {s.control.mode}"
+        f"{_aided(s)}."
     )
+
+
+def _aided(s: Any) -> str:
+    """What aids the estimator, and which devices have declared faults."""
+    aided = f" aided by {s.estimation.aiding}" if s.estimation.aiding != "none" else ""
+    faulty = [name for name, device in (("rows", s.ccd_rows), ("mount", s.mount)) if device.faults is not None]
+    return aided + (f"; faults declared of the {' and the '.join(faulty)}" if faulty else "")
 
 
 def _air(air: Any) -> str:

@@ -41,3 +41,11 @@ def test_air_by_rules_and_by_height() -> None:
 def test_a_replay_tells_its_file_and_no_planned_height() -> None:
     found = words(flight={"replay": "flown/today.csv"})
     assert found.startswith("2 lines of the trajectory today.csv; wind 0 m/s from 0 deg;")
+
+
+def test_declared_faults_are_named() -> None:
+    assert words().endswith("; mode pipelined.")
+    mount = {"faults": {"encoder_bias_deg": 1.0}}
+    both = words(mount=mount, ccd_rows={"faults": {"dead_px": [3]}})
+    assert both.endswith("; mode pipelined; faults declared of the rows and the mount.")
+    assert words(mount=mount).endswith("; mode pipelined; faults declared of the mount.")
