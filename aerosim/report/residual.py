@@ -34,23 +34,23 @@ def _share(value: Any, whole: Any) -> float | None:
     return 100.0 * value * abs(value) / whole**2
 
 
-def _cells(values: Values, key: str | None, whole: Any) -> str:
+def _cells(values: Values, key: str | None, whole: Any, digits: int) -> str:
     """Root mean square, share and bar of one part."""
     if key is None:
         return '<td class="n"></td><td class="n"></td><td class="bar"></td>'
     value = values.get(key)
     share = _share(value, whole)
     if share is None:
-        shown = f"{value:.2f}" if isinstance(value, (int, float)) else "–"
+        shown = f"{value:.{digits}f}" if isinstance(value, (int, float)) else "–"
         return f'<td class="n">{shown}</td><td class="n">–</td><td class="bar"></td>'
     kind = ' class="against"' if share < 0.0 else ""
     bar = f'<div{kind} style="width:{min(abs(share), 100.0):.1f}%"></div>'
-    return f'<td class="n">{value:.2f}</td><td class="n">{share:.0f}</td><td class="bar">{bar}</td>'
+    return f'<td class="n">{value:.{digits}f}</td><td class="n">{share:.0f}</td><td class="bar">{bar}</td>'
 
 
-def _whole(rms: Any) -> str:
+def _whole(rms: Any, digits: int) -> str:
     """Cells of the last row: the measured root mean square."""
-    shown = f"{rms:.2f}" if isinstance(rms, (int, float)) else "–"
+    shown = f"{rms:.{digits}f}" if isinstance(rms, (int, float)) else "–"
     return f'<td class="n"><b>{shown}</b></td><td class="n">100</td><td></td>'
 
 
@@ -70,11 +70,11 @@ def causes(summary: Values) -> str:
         return ""
     crab_rms, vh_rms = crab.get("residual_rms_deg"), vh.get("error_rms_pct")
     rows = "".join(
-        f"<tr><td>{name}</td>{_cells(of_crab, crab_key, crab_rms)}{_cells(of_vh, vh_key, vh_rms)}"
+        f"<tr><td>{name}</td>{_cells(of_crab, crab_key, crab_rms, 3)}{_cells(of_vh, vh_key, vh_rms, 2)}"
         f'<td class="why">{escape(meaning)}</td></tr>'
         for crab_key, vh_key, name, meaning in ROWS
     )
-    rows += f"<tr><td><b>All</b></td>{_whole(crab_rms)}{_whole(vh_rms)}<td></td></tr>"
+    rows += f"<tr><td><b>All</b></td>{_whole(crab_rms, 3)}{_whole(vh_rms, 2)}<td></td></tr>"
     head = (
         '<tr><th>Cause</th><th class="n">Crab, deg</th><th class="n">%</th><th></th>'
         '<th class="n">v/h, %</th><th class="n">%</th><th></th><th>What it is</th></tr>'

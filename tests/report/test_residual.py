@@ -40,11 +40,11 @@ def cells(html: str, cause: str) -> list[str]:
 
 def test_each_part_with_its_share_of_the_mean_square() -> None:
     html = causes(summary())
-    assert cells(html, "Faster than a strip")[1:7] == ["0.30", "9", "", "0.00", "0", ""]
-    assert cells(html, "Lag")[1:7] == ["0.80", "64", "", "0.00", "0", ""]
+    assert cells(html, "Faster than a strip")[1:7] == ["0.300", "9", "", "0.00", "0", ""]
+    assert cells(html, "Lag")[1:7] == ["0.800", "64", "", "0.00", "0", ""]
     assert cells(html, "Relief")[1:7] == ["", "", "", "3.00", "36", ""]
-    assert cells(html, "Noise")[1:7] == ["0.60", "36", "", "4.00", "64", ""]
-    assert cells(html, "Rest")[1:7] == ["-0.30", "-9", "", "0.00", "0", ""]
+    assert cells(html, "Noise")[1:7] == ["0.600", "36", "", "4.00", "64", ""]
+    assert cells(html, "Rest")[1:7] == ["-0.300", "-9", "", "0.00", "0", ""]
     assert '<div style="width:64.0%">' in html
     assert '<div class="against" style="width:9.0%">' in html
 
