@@ -6,11 +6,13 @@ from __future__ import annotations
 
 import json
 import math
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+import pyarrow.parquet as pq
 import pytest
 from flights import air, scenario
 from ruamel.yaml import YAML
@@ -19,6 +21,7 @@ import aerosim as package
 from aerosim.cli.app import call
 from aerosim.scenario import with_overrides
 from aerosim.scenario.disturbances import at_height, read_table
+from aerosim.tune.records import _series
 
 
 class Result(NamedTuple):
@@ -49,7 +52,7 @@ def flown(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     paths = []
     for height in (1000.0, 1600.0):
         flight = scenario(
-            7.0,
+            4.0,
             air=air(5.0, 0.0, slow=1.0, turbulence=0.7),
             control={"mode": "fixed"},
             flight={"height_m": height, "run_in_s": 5},
@@ -162,7 +165,7 @@ def test_tables_of_two_heights_fly(aerosim: Aerosim, flown: tuple[Path, Path], t
     assert table.rows[0].crab.sigma_deg == pytest.approx(low["crab"]["sigma_deg"], rel=1e-3)
     assert table.rows[1].vh.walk_pct2_per_s == 0.4
     named = with_overrides(
-        scenario(4.0, air=air(5.0, 0.0), flight={"height_m": 1300, "run_in_s": 5}),
+        scenario(2.5, air=air(5.0, 0.0), flight={"height_m": 1300, "run_in_s": 5}),
         {"estimation.table": str(tmp_path / "table.yaml")},
     )
     run = package.run(named, tmp_path / "run")
@@ -260,6 +263,8 @@ BAD_FILES = {
         (("--count", "3", "--duration_s", "20"), "--size_deg: is missing"),
         (("--count", "3", "--size_deg", "2", "--route_km", "9"), "--route_km: needs a speed (--ground_speed_m_s)"),
         (("--count", "3", "--size_deg", "2", "--route_km", "9", "--duration_s", "9"), "--route_km: is given besides --duration_s"),
+        (("--corrections_agl_m", "3000"), "--corrections_agl_m: has no effect without corrections"),
+        (("--count", "3", "--size_deg", "2", "--duration_s", "9", "--height_agl_m", "9"), "--height_agl_m: has no effect without a CSV file"),
         (("--count", "-3", "--size_deg", "2", "--duration_s", "9"), "--count: -3 is out of range (more than 0)"),
         (("--count", "3", "--size_deg", "2", "--duration_s", "9", "--out", "t.yaml"), "--out: corrections alone make no table"),
         (("--count", "3", "--size_deg", "2", "--duration_s", "9", "--crab_walk_deg2_per_s", "1"), "--crab_walk_deg2_per_s: is given besides corrections"),
@@ -282,7 +287,7 @@ def test_a_table_that_lacks_something(aerosim: Aerosim, flown: tuple[Path, Path]
     Path("taken.yaml").write_text("mine")
     walks = ("--vh_walk_pct2_per_s", "1")
     for args, message in [
-        (("full.csv",), "full.csv: has no photo series of control.mode: fixed (--vh_walk_pct2_per_s)"),
+        (("full.csv",), "full.csv: has no series of three photos by control.mode: fixed (--vh_walk_pct2_per_s)"),
         (("roll.csv", *walks), "roll.csv: has no pitch (a column pitch_deg or q_deg_s)"),
         (("no_drift.csv", *walks), "no_drift.csv: has no drift (--crab_walk_deg2_per_s)"),
         (("full.csv", "full.csv", *walks), "--out: two records at 3000 m (one for each height)"),
@@ -294,3 +299,43 @@ def test_a_table_that_lacks_something(aerosim: Aerosim, flown: tuple[Path, Path]
     assert (found.code, found.err.strip()) == (2, "--out: taken.yaml exists (another file, or --overwrite)")
     assert aerosim("tune", "full.csv", *walks, *PLACE, "--out", "taken.yaml", "--overwrite").code == 0
     assert len(read_table(Path("taken.yaml")).rows) == 1
+
+
+def test_runs_without_a_series_of_photos(aerosim: Aerosim, flown: tuple[Path, Path]) -> None:
+    """Flown with v/h control, or with two photos on its line."""
+    crab = ("--crab_walk_deg2_per_s", "0.2", "--out", "t.yaml")
+    for name in ("followed", "few"):
+        shutil.copytree(flown[0], name)
+    text = Path("followed/scenario.yaml").read_text()
+    Path("followed/scenario.yaml").write_text(text.replace("mode: fixed", "mode: pipelined"))
+    pq.write_table(pq.read_table("few/photos.parquet").slice(0, 2), "few/photos.parquet")
+    for name in ("followed", "few"):
+        found = aerosim("tune", name, *crab)
+        assert found.code == 2
+        assert (
+            found.err == f"{name}: has no series of three photos by control.mode: fixed (--vh_walk_pct2_per_s)\n"
+        )
+        assert json.loads(aerosim("tune", name, "--json").out)["heights"][0]["photos"] is None
+
+
+def test_a_gap_in_the_end_laps() -> None:
+    """The longest piece counts, with the photo before it."""
+    lap = np.array([np.nan, 0.6, np.nan, 0.61, 0.62, 0.63])
+    t, found = _series(np.arange(6.0), lap) or ([], [])
+    assert list(t) == [2.0, 3.0, 4.0, 5.0]
+    assert list(found[1:]) == [0.61, 0.62, 0.63]
+    assert _series(np.arange(3.0), np.array([np.nan, 0.6, np.nan])) is None
+    assert _series(np.arange(2.0), np.array([np.nan, np.nan])) is None
+
+
+def test_a_forecast_refuses_what_a_run_refuses(aerosim: Aerosim) -> None:
+    text = "name: tabled\nterrain: {source: pine_mountain}\nflight: {lines: [{start_deg: [36.52, -84.38], end_deg: [36.52, -84.3]}]}\n"
+    Path("flight.yaml").write_text(text + "estimation: {table: table.yaml}\n")
+    assert "flight.yaml:4: estimation.table: no such file" in aerosim("check", "flight.yaml").err
+    Path("table.yaml").write_text("rows: 3\n")
+    assert "table.yaml:1: rows: 3 is not a list" in aerosim("check", "flight.yaml").err
+    Path("flight.yaml").write_text(
+        text
+        + "control: {mode: schmelovsky_1988}\nestimation: {arithmetic: integer}\nccd_rows: {period_s: 0.01666667}\n"
+    )
+    assert "estimation.arithmetic: integer counts exposures in 16 bits" in aerosim("check", "flight.yaml").err

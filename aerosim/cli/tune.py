@@ -99,6 +99,10 @@ def tune(
     walk = walk_of(Corrections(corrections, count, size_deg, duration_s, route_km, ground_speed_m_s))
     if walk is not None and crab_walk_deg2_per_s is not None:
         raise InputError("is given besides corrections", key="--crab_walk_deg2_per_s", allowed="one of the two")
+    if corrections_agl_m is not None and walk is None:
+        raise InputError("has no effect without corrections", key="--corrections_agl_m")
+    if height_agl_m is not None and not any(source.suffix.lower() == ".csv" for source in sources or ()):
+        raise InputError("has no effect without a CSV file of rates", key="--height_agl_m")
     if walk is None and not sources:
         raise InputError("nothing to tune from", key="tune", allowed="runs, CSV files, or corrections")
     crab = crab_walk_deg2_per_s / DEG2 if crab_walk_deg2_per_s is not None else None

@@ -101,11 +101,12 @@ def _outlook(
 ) -> Outlook:
     """Forecast of a route over its terrain.  aircraft: None if none is known."""
     from aerosim.scenario.build import at, camera_of, planned_vh, with_table
+    from aerosim.scenario.build.observing import check_arithmetic
     from aerosim.scenario.build.route import key_of_line
 
     plan, ground, area = route.plan, route.ground, scenario.flight.area
     camera, vh = camera_of(scenario), planned_vh(plan, ground)
-    with_table(scenario, plan.height - ground)  # refused if it cannot be read
+    check_arithmetic(with_table(scenario, plan.height - ground), vh)  # what a run refuses, a forecast does
     land = Land(plan, terrain, camera, route.corners)
     lines = []
     for index in range(len(plan.lines)):

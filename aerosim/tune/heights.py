@@ -118,7 +118,7 @@ def table_rows(heights: Sequence[AtHeight]) -> list[dict[str, Any]]:
         for part, walk, option in (("crab", each.crab_walk, "crab"), ("vh", each.vh_walk, "vh")):
             unit = "deg2" if part == "crab" else "pct2"
             if walk is None:
-                lacks = "no drift" if part == "crab" else "no photo series of control.mode: fixed"
+                lacks = "no drift" if part == "crab" else "no series of three photos by control.mode: fixed"
                 raise InputError(f"has {lacks}", where=each.source, allowed=f"--{option}_walk_{unit}_per_s")
             if walk.value <= 0.0:
                 problem = f"the walk of {part} does not stand out of the noise"

@@ -71,10 +71,21 @@ def of_run(path: Path) -> Flown:
         roll=segments("roll_deg"),
         pitch=segments("pitch_deg"),
         drift=segments("drift_true_deg"),
-        lines=[(t[at == k], lap[at == k] / 100.0) for k in numbers if (at == k).sum() > 1],
+        lines=[series for k in numbers if (series := _series(t[at == k], lap[at == k] / 100.0)) is not None],
         wanted=scenario.control.end_lap_pct / 100.0,
         mode=scenario.control.mode,
     )
+
+
+def _series(t: Array, lap: Array) -> tuple[Array, Array] | None:
+    """The longest piece of a line whose end laps are all known, with the photo before it; None below two laps."""
+    known = np.r_[False, np.isfinite(lap[1:]), False]
+    begins, ends = (np.flatnonzero(np.diff(known.astype(int)) == way) for way in (1, -1))
+    if not len(begins):
+        return None
+    longest = int(np.argmax(ends - begins))
+    piece = slice(begins[longest], ends[longest] + 1)
+    return (t[piece], lap[piece]) if ends[longest] - begins[longest] >= 2 else None
 
 
 def of_rates(path: Path, height: float | None, speed: float | None, rows: Geometry) -> Flown:

@@ -18,15 +18,23 @@ def observer_of(scenario: Scenario, vh: float) -> Observer:
     return ToldObserver(rows) if scenario.control.mode in TOLD else rows
 
 
-def _row_observer(scenario: Scenario, vh: float) -> RowObserver:
-    strips, motion = strips_of(scenario, vh), motion_of(scenario)
+def check_arithmetic(scenario: Scenario, vh: float) -> None:
+    """Whether the words of the fixed-point instrument hold what is planned.  vh: 1/s.  Raises InputError."""
     if scenario.estimation.arithmetic == "real":
-        return RowObserver(StripRecogniser(strips), MotionEstimator(motion))
+        return
+    strips, motion = strips_of(scenario, vh), motion_of(scenario)
     last = strips.search[1] * strips.planned_n
     if last > N_MAX:
         problem = f"integer counts exposures in 16 bits, up to {N_MAX}, and {last:.0f} are searched"
         raise scenario.error("estimation.arithmetic", problem, "a longer ccd_rows.period_s, or real")
     if max(motion.gamma_drift or 0.0, motion.gamma_vh or 0.0) >= 2.0:  # of a table; others are checked before
         raise scenario.error("estimation.table", "gamma of 2 and more does not go with arithmetic: integer")
+
+
+def _row_observer(scenario: Scenario, vh: float) -> RowObserver:
+    strips, motion = strips_of(scenario, vh), motion_of(scenario)
+    if scenario.estimation.arithmetic == "real":
+        return RowObserver(StripRecogniser(strips), MotionEstimator(motion))
+    check_arithmetic(scenario, vh)
     filters = drift_filter(motion.sigma_drift**2, motion.series), n_filter(motion.series)
     return RowObserver(IntegerRecogniser(strips), MotionEstimator(motion, filters))
