@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from aerosim.cli.console import Debug, Json, Quiet, Verbose, print_json, print_table, progress_of, say
 from aerosim.errors import InputError
+
+if TYPE_CHECKING:
+    from aerosim.world.features import Feature
 
 DATUM_OPTION = "--vertical-datum"
 # keys of the scenario in the errors of the terrain, as they are called here
@@ -83,6 +87,35 @@ def info(
     return 0
 
 
+# options of a feature: name of the field, factor to SI
+FEATURE_KEYS = {
+    "width_m": ("width", 1.0), "period_m": ("period", 1.0), "course_deg": ("course", math.radians(1.0)),
+    "rest_pct": ("rest", 0.01), "lat_deg": ("lat", math.radians(1.0)), "lon_deg": ("lon", math.radians(1.0)),
+}  # fmt: skip
+
+
+def feature_of(text: str) -> Feature:
+    """A feature of the land from `KIND:key=value,...`.  Raises InputError."""
+    from aerosim.world.features import Feature
+
+    kind, _, rest = text.partition(":")
+    found: dict[str, float] = {}
+    for part in filter(None, rest.split(",")):
+        key, _, value = part.partition("=")
+        if key not in FEATURE_KEYS:
+            raise InputError(f"no key {key!r} of a feature", key="--feature", allowed=", ".join(FEATURE_KEYS))
+        name, factor = FEATURE_KEYS[key]
+        try:
+            found[name] = factor * float(value)
+        except ValueError:
+            raise InputError(f"{value!r} is no number", key="--feature", allowed=f"{key}=NUMBER") from None
+    lat, lon = found.pop("lat", None), found.pop("lon", None)
+    if (lat is None) != (lon is None):
+        raise InputError("one of lat_deg and lon_deg", key="--feature", allowed="both, or none")
+    centre = None if lat is None or lon is None else (lat, lon)
+    return Feature(kind, centre=centre, **found)
+
+
 def _pixel(pixel_m: float | None, above: float) -> tuple[float, float]:
     """Pixel of the orthophoto, and of the rows on the ground, m.  above: flying height over the ground, m."""
     # a pixel of the rows sees 1/132.6 of the height; the ground is read at half of that, a third is finer
@@ -119,6 +152,16 @@ def make(
         typer.Option("--pixel_m", show_default=False, help="Of the orthophoto.  [a third of a row's pixel]"),
     ] = None,
     seed: Annotated[int, typer.Option("--seed", metavar="N", help="Another seed is other land.")] = 1,
+    feature: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--feature",
+            metavar="KIND[:KEY=VALUE,...]",
+            show_default=False,
+            help="A square of hard land: lake, rows (ploughed, stripes) or lattice; keys width_m, period_m, "
+            "course_deg, rest_pct, lat_deg, lon_deg.  [all over; in the middle; again for more]",
+        ),
+    ] = None,
     quiet: Quiet = False,
     verbose: Verbose = 0,
     debug: Debug = False,
@@ -138,7 +181,9 @@ def make(
             f"land at {height_m:g} m is {above:.0f} m below the flight", key="--height_m", allowed="100 m and more"
         )
     pixel, detail = _pixel(pixel_m, above)
-    ground = Ground(height_m, relief_m, pixel, max(25.0, 4.0 * pixel), detail, seed)
+    ground = Ground(
+        height_m, relief_m, pixel, max(25.0, 4.0 * pixel), detail, seed, tuple(map(feature_of, feature or ()))
+    )
     say(f"land with pixels of {pixel:g} m, for a flight {above:.0f} m above it")
     with progress_of("land", "tiles") as progress:
         files = make_terrain(found.ways, margin_m, ground, out, progress)

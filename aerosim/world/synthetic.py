@@ -16,6 +16,7 @@ import numpy as np
 from aerosim.errors import InputError
 from aerosim.frames import Array, MapGrid
 from aerosim.rasterfile import CACHE_BYTES, DATUM_TAG
+from aerosim.world.features import Feature, Placed, paint, placed
 from aerosim.world.texture import relief, texture
 
 TILE = 512  # px
@@ -33,7 +34,8 @@ class Ground:
     """What the land is like.  SI.
 
     height: mean, above the ellipsoid; relief: standard deviation of the heights; pixel: of the orthophoto; cell:
-    of the elevation model; detail: a pixel of the rows on the ground, which sets the lengths of the contrast.
+    of the elevation model; detail: a pixel of the rows on the ground, which sets the lengths of the contrast;
+    features: painted into the picture, the later ones over the earlier.
     """
 
     height: float = 0.0
@@ -42,6 +44,7 @@ class Ground:
     cell: float = 25.0
     detail: float = 22.6
     seed: int = 1
+    features: tuple[Feature, ...] = ()
 
     def __post_init__(self) -> None:
         if not 0.1 <= self.pixel <= 100.0:
@@ -83,6 +86,7 @@ def make_terrain(
     lines = [np.column_stack(grid.from_geodetic(lat, lon)) for lat, lon in ways]
     frame = _frame(lines, margin, ground.pixel)
     tiles = list(_tiles(frame, lines, margin))
+    features = tuple(placed(feature, grid, _middle(ways)) for feature in ground.features)
     if len(tiles) * TILE**2 > MOST_PIXELS:
         raise InputError(
             f"an orthophoto of {len(tiles) * TILE**2 / 1e6:.0f} million pixels of {ground.pixel:g} m",
@@ -95,7 +99,7 @@ def make_terrain(
         made.append(files[1])
         _write_elevation(files[1], grid, _frame(lines, margin, ground.cell), ground)
         made.append(files[0])
-        _write_photo(files[0], grid, frame, tiles, ground, progress)
+        _write_photo(files[0], grid, frame, tiles, ground, features, progress)
     except BaseException:
         for file in made:
             file.unlink(missing_ok=True)
@@ -106,12 +110,18 @@ def make_terrain(
 def _utm(ways: Sequence[tuple[Array, Array]]) -> MapGrid:
     """The UTM zone of the middle of the ways."""
     lat = np.concatenate([way[0] for way in ways])
-    lon = np.unwrap(np.concatenate([way[1] for way in ways]))
-    middle_lat, middle_lon = np.degrees((lat.min() + lat.max()) / 2.0), np.degrees((lon.min() + lon.max()) / 2.0)
+    middle_lat, middle_lon = np.degrees(_middle(ways))
     if not np.abs(np.degrees(lat)).max() <= 84.0:
         raise InputError(f"latitude {np.degrees(lat).max():.1f} deg has no UTM zone", allowed="within 84 deg")
     zone = int((middle_lon + 180.0) // 6.0) % 60 + 1
     return MapGrid(f"EPSG:{32600 + zone if middle_lat >= 0.0 else 32700 + zone}")
+
+
+def _middle(ways: Sequence[tuple[Array, Array]]) -> tuple[float, float]:
+    """Latitude and longitude of the middle of the ways, rad."""
+    lat = np.concatenate([way[0] for way in ways])
+    lon = np.unwrap(np.concatenate([way[1] for way in ways]))
+    return float(lat.min() + lat.max()) / 2.0, float(lon.min() + lon.max()) / 2.0
 
 
 def _frame(lines: Sequence[Array], margin: float, pixel: float) -> _Frame:
@@ -166,7 +176,7 @@ def _create(file: Path, grid: MapGrid, frame: _Frame, **options: Any) -> Any:
 
 def _write_photo(
     file: Path, grid: MapGrid, frame: _Frame, tiles: Sequence[tuple[int, int]], ground: Ground,
-    progress: Progress | None,
+    features: tuple[Placed, ...], progress: Progress | None,
 ) -> None:  # fmt: skip
     import rasterio
     from rasterio.enums import Resampling
@@ -181,6 +191,7 @@ def _write_photo(
                 rows, cols = min(TILE, frame.rows - row), min(TILE, frame.cols - col)
                 west, north = frame.west + col * frame.pixel, frame.north - row * frame.pixel
                 grey = texture(rows, cols, west, north, frame.pixel, low, high, ground.seed)
+                paint(grey, west, north, frame.pixel, features)
                 photo.write(grey, 1, window=Window(col, row, cols, rows))
                 if progress is not None:
                     progress(done + 1, len(tiles))
