@@ -15,7 +15,7 @@ from aerosim.truth import AircraftState
 Gives = Literal["gyro", "bank", "imu"]
 
 NOISE_BLOCK = 512
-TURN = 2.0 * math.pi
+HALF, TURN = math.pi, 2.0 * math.pi
 NAN = math.nan
 
 
@@ -48,12 +48,12 @@ class InertialUnit:
     def __init__(self, parameters: InertialParameters, period: float, rng: np.random.Generator) -> None:
         """period: between readings, s."""
         par = self._par = parameters
+        self._gives = par.gives
         self._rng = rng
         self._keep = math.exp(-period / par.level_time)
         kick = par.level_sigma * math.sqrt(1.0 - self._keep**2)
         self._scale = np.array([par.gyro_noise] * 3 + [kick] * 2 + [par.accel_noise] * 3)
-        self._gyro_bias = tuple((par.gyro_bias * rng.standard_normal(3)).tolist())
-        self._accel_bias = tuple((par.accel_bias * rng.standard_normal(3)).tolist())
+        self._bias = tuple((rng.standard_normal(6) * ([par.gyro_bias] * 3 + [par.accel_bias] * 3)).tolist())
         self._level_roll, self._level_pitch = (par.level_sigma * rng.standard_normal(2)).tolist()
         self._yaw = rng.uniform(-math.pi, math.pi)
         self._noise: list[list[float]] = []
@@ -74,13 +74,13 @@ class InertialUnit:
         t0, north0, east0, down0, roll0, pitch0, heading0 = self._before
         self._before = t, north, east, down, roll, pitch, heading
         turned = heading - heading0
-        if not -math.pi <= turned <= math.pi:
+        if not -HALF <= turned <= HALF:
             turned = math.remainder(turned, TURN)
         self._yaw += turned
-        b_roll, b_pitch, b_yaw = self._gyro_bias
+        b_roll, b_pitch, b_yaw, b_x, b_y, b_z = self._bias
         smooth_roll, smooth_pitch = roll + b_roll * t + n_roll, pitch + b_pitch * t + n_pitch
         yaw = self._yaw + b_yaw * t + n_yaw
-        gives = self._par.gives
+        gives = self._gives
         if gives == "gyro":
             return InertialReading(t, smooth_roll, smooth_pitch, yaw, NAN, NAN, NAN, NAN, NAN)
         error_roll = self._level_roll = self._keep * self._level_roll + kick_roll
@@ -93,7 +93,6 @@ class InertialUnit:
             (north - north0) * rate, (east - east0) * rate, (down - down0) * rate,
             0.5 * (roll + roll0), 0.5 * (pitch + pitch0), heading - 0.5 * turned,
         )  # fmt: skip
-        b_x, b_y, b_z = self._accel_bias
         return InertialReading(
             t, smooth_roll, smooth_pitch, yaw, level_roll, level_pitch, x + b_x + n_x, y + b_y + n_y, z + b_z + n_z
         )
