@@ -172,7 +172,10 @@ def changed(key: str) -> tuple[Scenario, Scenario] | None:
 
 KEYS = [key for key, info in walk(Scenario) if not sections_in(info.annotation) and not closed(key)]
 # tried by tests of their own below, or without a second value that can be flown
-APART = ("flight.replay", "flight.area", "flight.file", "flight.lines", "terrain.", "schema", "expect", "verifies")
+APART = (
+    *("flight.replay", "flight.area", "flight.file", "flight.lines", "terrain.", "estimation.table"),
+    *("schema", "expect", "verifies"),
+)
 
 
 @pytest.mark.parametrize("section", sorted({key.split(".")[0] for key in KEYS if not key.startswith(APART)}))
