@@ -15,6 +15,7 @@ from aerosim.scenario import from_mapping, load, shipped, to_yaml
 from aerosim.scenario.emit import scalar
 from aerosim.scenario.reader import parse
 
+MODES = ["fixed", "ideal", "navigator", "pipelined", "schmelovsky_1988", "gnss_ins"]
 small = st.floats(0, 0.2, allow_nan=False)
 number = st.floats(allow_nan=False, allow_infinity=False)
 latitude, longitude = st.floats(-80, 80), st.floats(-170, 170)
@@ -46,9 +47,16 @@ def scenarios(draw: Any) -> dict[str, Any]:
             "height_m": draw(st.floats(1000, 9000)),
             "lines": [{"start_deg": [lat, lon], "end_deg": [lat + draw(st.floats(0.01, 1)), lon]}],
         },
-        "control": {"mode": draw(st.sampled_from(["fixed", "ideal", "pipelined", "schmelovsky_1988"]))},
+        "mount": {"faults": draw(st.none() | st.fixed_dictionaries({"encoder_bias_deg": st.floats(-9, 9)}))},
+        "control": {"mode": draw(st.sampled_from(MODES))},
         "estimation": {"crab": {"gamma": draw(st.none() | small)}, "subpixel": draw(st.booleans())},
-        "ccd_rows": {"exposure_s": draw(st.just("auto") | st.floats(1e-6, 0.05)), "noise_grey": draw(small)},
+        "ccd_rows": {
+            "exposure_s": draw(st.just("auto") | st.floats(1e-6, 0.05)),
+            "noise_grey": draw(small),
+            "faults": draw(
+                st.none() | st.fixed_dictionaries({"dead_px": st.lists(st.integers(0, 95), max_size=3)})
+            ),
+        },
         "expect": {path: limit for path, limit in draw(st.dictionaries(paths, limits)).items() if limit},
     }
 
