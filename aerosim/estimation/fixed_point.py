@@ -42,9 +42,15 @@ def mean_difference(row1: Bytes, row2: Bytes, max_shift: int) -> int:
 
     row1: (u + 2 max_shift,), its mean is that of the u inner pixels; row2: (u,).  One division for both means.
     """
-    u = len(row2)
-    inner = row1[max_shift : len(row1) - max_shift]
-    return (2 * (int(inner.sum(dtype=np.int64)) - int(row2.sum(dtype=np.int64))) + u) // (2 * u)
+    return int(_difference(row1, row2, max_shift))
+
+
+@njit(cache=True)
+def _difference(row1: Bytes, row2: Bytes, max_shift: int) -> int:  # pragma: no cover - compiled
+    u, total = len(row2), 0
+    for i in range(u):
+        total += int(row1[max_shift + i]) - int(row2[i])
+    return (2 * total + u) // (2 * u)
 
 
 def padded_bytes(row1: Bytes, max_shift: int) -> Bytes:
