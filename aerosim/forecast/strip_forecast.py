@@ -26,7 +26,7 @@ SPREAD_FLAT = 0.12  # of ln(mean / minimum) between forecast and flight
 SPREAD_RIVAL = 0.12  # of ln(second / minimum)
 FLOOR_PX = 0.08  # what a quadratic surface through the MAD adds to the formal error
 WHOLE_PX = 0.29  # the same of whole pixels
-EFFICIENCY = 1.5  # error of the MAD's minimum over that of least squares
+EFFICIENCY = 1.2  # error of the minimum of the MAD over that of least squares, over the shipped terrain
 RIGHT_DEG = 0.5
 
 
