@@ -194,6 +194,21 @@ def test_corrections_keep_b2_t_over_height(aerosim: Aerosim, flown: tuple[Path, 
     assert products == pytest.approx([0.225 * 3000.0] * 2)
 
 
+def test_noise_of_roll_is_the_error_of_the_strips_that_flew(aerosim: Aerosim, flown: tuple[Path, Path]) -> None:
+    """N0 from the telemetry's roll alone against the errors of the strips that the rows saw.
+
+    Both hold the same roll; the strips add 0.15 to 0.25 deg of matching and are about ten independent values (57 s
+    over 5 to 7 s): relative sd of their sd 1/sqrt(20) = 22 %, of which most is common to both: bound 30 %.
+    """
+    found = json.loads(aerosim("tune", *flown, "--json").out)["heights"]
+    for path, figures in zip(flown, found, strict=True):
+        matches = package.open_run(path).matches
+        good = matches["accepted"].to_numpy(zero_copy_only=False)
+        errors = (matches["angle_deg"].to_numpy() - matches["crab_true_deg"].to_numpy())[good]
+        assert figures["crab"]["sigma_deg"] == pytest.approx(np.nanstd(errors), rel=0.3)
+        assert np.nanstd(errors) > 0.7  # roll, not matching
+
+
 def test_what_a_person_reads(aerosim: Aerosim, flown: tuple[Path, Path]) -> None:
     done = aerosim(
         "tune",

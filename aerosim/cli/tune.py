@@ -36,7 +36,7 @@ def tune(
     sources: Annotated[
         list[Path] | None,
         typer.Argument(
-            metavar="[RUN|RATES.csv]",
+            metavar="RUN|RATES.csv",
             help="Run directories (v/h from the photos of control.mode: fixed), or CSV files: t_s, roll_deg or "
             "p_deg_s, and pitch_deg or q_deg_s, drift_deg, height_agl_m, ground_speed_m_s.",
         ),

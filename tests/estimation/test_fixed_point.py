@@ -134,6 +134,22 @@ def test_sums_against_the_real_ones(rng: np.random.Generator, u: int, subtracted
     assert (np.abs(whole - real) <= bound + 2e-4).all()
 
 
+@settings(deadline=None, max_examples=40)
+@given(rng=rngs, j=st.integers(1, 9), u=st.integers(24, 128), dark=st.integers(-60, 60), data=st.data())
+def test_shifts_are_found_and_dark_levels_fall_out(
+    rng: np.random.Generator, j: int, u: int, dark: int, data: st.DataObject
+) -> None:
+    mu = data.draw(st.integers(-j, j))
+    row1 = rng.integers(60, 196, u + 2 * j).astype(np.uint8)
+    row2 = row1[j + mu : j + mu + u]  # index in row I = index in row II + mu
+    sums = fp.mad_sums(row1, row2, False)
+    assert sums[j + mu] == 0
+    assert (np.delete(sums, j + mu) > 0).all()
+    # a dark level moves the mean by a whole number: to the last bit nothing is left of it
+    darker = (row2.astype(int) + dark).astype(np.uint8)
+    assert (fp.mad_sums(row1, darker, True) == fp.mad_sums(row1, row2, True)).all()
+
+
 def test_padding_is_the_rounded_mean() -> None:
     row = np.array([9, 9, 1, 2, 2, 1, 200, 200], np.uint8)
     assert fp.padded_bytes(row, 2).tolist() == [2, 2, 1, 2, 2, 1, 2, 2]  # 1.5 goes up
@@ -219,7 +235,7 @@ def test_series_of_the_paper(vectors: dict[str, Any]) -> None:
     assert round(limit / fp.ONE, 4) == 0.0952  # of 0.010010; the paper's 0.01 gives 0.0951
     for following in gain["series_17"][1:]:
         whole = fp.next_gain_halving(whole, limit)
-        # the limit: 1 unit, and rounding of gamma (0.32 units) x d q_inf/d gamma (4.52); the shift cuts 1/2 + 1/4 …
+        # the limit: 1 unit, and rounding of gamma (0.32 units) x d q_inf/d gamma (4.52); the shift: 1/2 + 1/4 …
         assert abs(whole - following * fp.ONE) <= 1.0 + 0.32 * 4.52 + 1.0
     assert whole == limit
 
