@@ -201,7 +201,7 @@ def photo_walk(lines: Sequence[tuple[Array, Array]], wanted: float) -> PhotoWalk
 def structure_fit(series: Sequence[Array], interval: float) -> tuple[Measured, Measured]:
     """b2 and N0 of a random walk seen with white noise: fit of its structure function, D = b2 tau + 2 N0.
 
-    series: each without a gap, a value each `interval` s; two values alone do not tell noise from walk, and N0 is 0.
+    series: each without a gap, a value each `interval` s; two values do not tell noise from walk, and N0 is 0.
     Lags up to a quarter of the longest series, at most 10, weighted by what each is worth (a variance as tau^2/N);
     neither comes out negative.  Limits: 2.5 and 97.5 % of fits to 200 series drawn from the fit.
     """
