@@ -14,7 +14,7 @@ import aerosim
 from aerosim.estimation.mad import mad
 from aerosim.forecast.check import outlook
 from aerosim.raster import sample
-from aerosim.report import chart, plan_map, plots
+from aerosim.report import chart, plan_map, plots, track_map
 from aerosim.report.source import open_source
 from aerosim.world.terrain import Terrain, find_terrain
 
@@ -94,6 +94,12 @@ def plan_picture(file: Path) -> None:
         save(plan_map.figure_of(outlook(aerosim.load_scenario("block_area"))), file)
 
 
+def track_picture(file: Path) -> None:
+    """Trackability of `crosswind`."""
+    with plots.style():
+        save(track_map.track_figure(outlook(aerosim.load_scenario("crosswind"))), file)
+
+
 def save(figure: Any, file: Path) -> None:
     """Write a PNG of 256 colours, the rare ones among them: a photo in it stays small."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -111,6 +117,7 @@ def main() -> None:
     """All pictures."""
     fig3(IMAGES / "fig3_mad.png")
     plan_picture(IMAGES / "plan.png")
+    track_picture(IMAGES / "trackability.png")
     if len(sys.argv) > 1:
         run_picture(Path(sys.argv[1]), IMAGES / "crosswind_run.png")
         return
