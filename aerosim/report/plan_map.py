@@ -249,12 +249,20 @@ def figure_of(found: Outlook) -> Any:
 
 def sized_figure(bounds: tuple[float, float, float, float]) -> Any:
     """An empty figure, 10 inches wide, for a map of these bounds."""
+    return empty_figure(float(np.clip(9.2 * shape_of(bounds) + 1.3, 4.0, 12.0)))
+
+
+def shape_of(bounds: tuple[float, float, float, float]) -> float:
+    """Height over width."""
+    return (bounds[3] - bounds[1]) / (bounds[2] - bounds[0])
+
+
+def empty_figure(height: float) -> Any:
+    """An empty figure, 10 inches wide.  height: inches."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    shape = (bounds[3] - bounds[1]) / (bounds[2] - bounds[0])
-    size = (10.0, float(np.clip(9.2 * shape + 1.3, 4.0, 12.0)))
-    figure = Figure(figsize=size, layout="constrained", dpi=130)
+    figure = Figure(figsize=(10.0, height), layout="constrained", dpi=130)
     FigureCanvasAgg(figure)
     return figure
 

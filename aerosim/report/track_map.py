@@ -8,15 +8,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from aerosim.frames import Array
-from aerosim.report.plan_map import PlanOnMap, blank_axes, furniture, land, sized_figure
+from aerosim.report.plan_map import PlanOnMap, blank_axes, empty_figure, furniture, land, shape_of
 from aerosim.report.plots import style
 
 if TYPE_CHECKING:
     from aerosim.forecast.check import Outlook
     from aerosim.forecast.trackability import Stations
 
-# Share of accepted strips and its colour: good land stays visible, blind land is dark to every eye
-COLOURS = ((0.0, "#2b0a57e6"), (0.5, "#c8456cb8"), (0.85, "#f6a93280"), (1.0, "#fff3a030"))
+# From bad to good: good land stays visible, bad land is dark to every eye
+COLOURS = ("#2b0a57e6", "#c8456cb8", "#f6a93280", "#fff3a030")
+SHARES = (0.0, 0.5, 0.85, 1.0)  # of accepted strips
+ERRORS_DEG = (0.1, 0.2, 0.5, 1.0, 2.0)  # of a strip's angle; from light to dark as its logarithm
 
 
 def track_png(found: Outlook) -> bytes:
@@ -32,14 +34,23 @@ def track_figure(found: Outlook) -> Any:
     plan = PlanOnMap(found)
     fields = fields_of(found.track)
     bounds = _extent(plan, fields)
-    figure = sized_figure(bounds)
-    ax = figure.subplots()
-    blank_axes(ax, bounds)
-    land(ax, found, bounds)
-    _draw_fields(ax, found.track, fields)
-    _draw_lines(ax, plan)
+    shape = shape_of(bounds)
+    if shape <= 1.0:  # below each other, else side by side
+        figure = empty_figure(float(np.clip(18.0 * shape + 2.7, 6.0, 15.0)))
+        upper, lower = figure.subplots(2, 1, sharex=True)
+    else:
+        figure = empty_figure(float(np.clip(4.4 * shape + 1.9, 5.0, 12.0)))
+        upper, lower = figure.subplots(1, 2, sharey=True)
+    for ax in (upper, lower):
+        blank_axes(ax, bounds)
+        land(ax, found, bounds)
+        _draw_lines(ax, plan)
+    upper.label_outer()
+    lower.label_outer()
+    _draw_accepted(upper, found.track, fields)
+    _draw_errors(lower, found.track, fields)
     figure.suptitle(_title(found), fontsize=10, x=0.01, ha="left")
-    furniture(ax, plan, bounds)
+    furniture(upper, plan, bounds)
     return figure
 
 
@@ -58,24 +69,39 @@ def _extent(plan: PlanOnMap, fields: Array) -> tuple[float, float, float, float]
     return float(low[0] - margin), float(low[1] - margin), float(high[0] + margin), float(high[1] + margin)
 
 
-def _draw_fields(ax: Any, track: Stations, fields: Array) -> None:
-    from matplotlib.collections import PolyCollection
-    from matplotlib.colors import LinearSegmentedColormap
+def _draw_accepted(ax: Any, track: Stations, fields: Array) -> None:
+    from matplotlib.colors import LinearSegmentedColormap, Normalize
 
-    accepted = 100.0 * track.of("accepted")
-    known = np.isfinite(accepted)
-    shown = PolyCollection(
-        list(fields[known]), cmap=LinearSegmentedColormap.from_list("track", COLOURS), lw=0, zorder=2
-    )
-    shown.set_array(accepted[known])
-    shown.set_clim(0.0, 100.0)
+    ramp = LinearSegmentedColormap.from_list("accepted", list(zip(SHARES, COLOURS, strict=True)))
+    bar = _draw_fields(ax, fields, 100.0 * track.of("accepted"), ramp, Normalize(0.0, 100.0))
+    unknown = "; hatched: no land" if np.isnan(track.of("accepted")).any() else ""
+    bar.set_label(f"strips that will be accepted [%]{unknown}")
+
+
+def _draw_errors(ax: Any, track: Stations, fields: Array) -> None:
+    from matplotlib.colors import LinearSegmentedColormap, LogNorm
+
+    ramp = LinearSegmentedColormap.from_list("error", list(reversed(COLOURS)))
+    values = np.degrees(track.of("sd_angle"))
+    bar = _draw_fields(ax, fields, values, ramp, LogNorm(ERRORS_DEG[0], ERRORS_DEG[-1], clip=True))
+    bar.set_ticks(ERRORS_DEG, labels=[f"{each:g}" for each in ERRORS_DEG])
+    bar.minorticks_off()
+    bar.set_label("standard deviation of a strip's angle [deg]")
+
+
+def _draw_fields(ax: Any, fields: Array, values: Array, ramp: Any, norm: Any) -> Any:
+    """Colour the land of each station by its value.  Returns the colour bar."""
+    from matplotlib.collections import PolyCollection
+
+    known = np.isfinite(values)
+    shown = PolyCollection(list(fields[known]), cmap=ramp, norm=norm, lw=0, zorder=2)
+    shown.set_array(values[known])
     ax.add_collection(shown)
     if (~known).any():
         outside = PolyCollection(list(fields[~known]), facecolors="none", edgecolors="#000000", lw=0.0, zorder=2)
         outside.set_hatch("///")
         ax.add_collection(outside)
-    bar = ax.figure.colorbar(shown, ax=ax, orientation="horizontal", shrink=0.5, aspect=40, pad=0.02)
-    bar.set_label("strips that will be accepted [%]" + ("; hatched: no land" if (~known).any() else ""))
+    return ax.figure.colorbar(shown, ax=ax, orientation="horizontal", shrink=0.5, aspect=40, pad=0.02)
 
 
 def _draw_lines(ax: Any, plan: PlanOnMap) -> None:

@@ -133,6 +133,21 @@ def test_map(found: Outlook) -> None:
     assert np.hypot(*(outlines[0, 0] - outlines[0, 1])) == pytest.approx(found.track.width[0])
 
 
+def test_both_maps_stand_below_each_other_or_side_by_side(found: Outlook, land: Path) -> None:
+    wide = [ax.get_position() for ax in track_figure(found).axes[:2]]
+    assert wide[0].x0 == pytest.approx(wide[1].x0, abs=0.01)
+    assert wide[0].y0 > wide[1].y1
+    line = {"start_deg": [36.505, -87.05], "end_deg": [36.535, -87.05]}
+    tall = track_figure(outlook(scenario(land, flight={"lines": [line], "height_m": 3000})))
+    tall.canvas.draw()
+    places = [ax.get_position() for ax in tall.axes[:2]]
+    assert places[0].y0 == pytest.approx(places[1].y0, abs=0.01)
+    assert places[0].x1 < places[1].x0
+    labels = [ax.get_xlabel() or ax.get_ylabel() for ax in tall.axes[2:]]
+    assert any("accepted" in each for each in labels)
+    assert any("deviation" in each for each in labels)
+
+
 def test_command(land: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "lake.yaml"
     file.write_text(to_yaml(scenario(land)))
