@@ -77,6 +77,9 @@ class Reason(StrEnum):
     AMBIGUOUS = "ambiguous"
     OUTSIDE_TERRAIN = "outside_terrain"
     TIMEOUT = "timeout"
+    WEAK = "weak"
+    UNLIKE = "unlike"
+    UNEXPECTED = "unexpected"
 
 
 class StripMatch(NamedTuple):
@@ -86,6 +89,8 @@ class StripMatch(NamedTuple):
     n: exposures between the two (fraction if sub-step).  mu: shift, px; mu > 0: track to the right of the
     row's axis.  mad_min: grey levels a pixel.  yaw1, yaw2: mount readings at the two exposures, rad.
     surface: (steps, 2 j + 1) MAD, grey levels, its first row at n = first_n.  A strip given up has NaN.
+    angle (rad, track against the rows' axis), vh (1/s), track (rad, in the gyro's frame): its reading with roll
+    and pitch taken out; NaN where mu and n say all there is.
     """
 
     strip: int
@@ -101,6 +106,9 @@ class StripMatch(NamedTuple):
     reason: Reason
     first_n: int
     surface: Grey
+    angle: float = float("nan")
+    vh: float = float("nan")
+    track: float = float("nan")
 
 
 class StripUse(NamedTuple):
@@ -129,17 +137,18 @@ class MotionEstimate(NamedTuple):
     valid: bool
     seek: float = 0.0
     held: bool = False
-    lead: float = 0.0
+    pitch: float = 0.0
 
 
 class CameraCommand(NamedTuple):
     """What the controller asks for: mount yaw (rad, against the airframe), time between photos (s) and
     forward-motion compensation as the image's angular rate (rad/s, v/h for a level camera).
 
-    lead: how far the footprint lies ahead of the nadir, as a part of the wanted base; 0 if the trigger does not
-    know the pitch."""
+    lead: by how much of the wanted base the pitch brings a photo taken now forward; left: by how much it brings
+    forward where the photo after that is wanted.  0 if the trigger does not know the pitch."""
 
     mount_yaw: float
     interval: float
     fmc_rate: float
     lead: float = 0.0
+    left: float = 0.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from aerosim.signals import CameraCommand, MotionEstimate
@@ -11,11 +12,12 @@ from aerosim.signals import CameraCommand, MotionEstimate
 class ControlParameters:
     """base_ratio: wanted base over height, (1 - end lap) x format along / focal length.
 
-    planned_vh: 1/s, used until there is an estimate, and for good if v/h is not followed.  min_interval: s, of
-    the camera.  follow_drift, follow_vh, fmc: which loops are closed.
+    half_format: half of the format along over the focal length.  planned_vh: 1/s, used until
+    there is an estimate, and for good if v/h is not followed.  min_interval: s, of the camera.  follow_drift, follow_vh, fmc: which loops are closed.
     """
 
     base_ratio: float
+    half_format: float
     planned_vh: float
     min_interval: float
     follow_drift: bool
@@ -28,10 +30,26 @@ def camera_command(par: ControlParameters, estimate: MotionEstimate) -> CameraCo
 
     The mount's yaw is set to the drift, which leaves no crab (crab = drift - mount yaw), or to where the track is
     looked for while none is known.  The interval is the time in which the ground moves by the wanted base:
-    base_ratio/(v/h), never below the camera's shortest.
+    base_ratio/(v/h), never below the camera's shortest.  An estimate that knows the pitch tells the trigger how
+    far the footprint lies ahead: end lap is of footprints.
     """
     yaw = 0.0
     if par.follow_drift:
         yaw = estimate.drift if estimate.valid else estimate.seek
     vh = estimate.vh if par.follow_vh and estimate.valid else par.planned_vh
-    return CameraCommand(yaw, max(par.base_ratio / vh, par.min_interval), vh if par.fmc else 0.0)
+    lead, left = _leads(par, estimate.pitch) if par.follow_vh and estimate.valid and estimate.pitch else (0.0, 0.0)
+    return CameraCommand(yaw, max(par.base_ratio / vh, par.min_interval), vh if par.fmc else 0.0, lead, left)
+
+
+def _leads(par: ControlParameters, pitch: float) -> tuple[float, float]:
+    """By how much of a base a photo with this pitch may come earlier, and the next one later.
+
+    With front and rear edge at tan(pitch +- a) ahead of the nadir, a: half of the view, the end lap
+    (front before - rear - way) / (front - rear), all over height, is the wanted one at
+    way = front before - rear - wanted (front - rear).
+    """
+    a = math.atan(par.half_format)
+    front, rear, wanted = math.tan(pitch + a), math.tan(pitch - a), 1.0 - par.base_ratio / (2.0 * par.half_format)
+    level = par.half_format
+    lead = rear + wanted * (front - rear) - (2.0 * wanted - 1.0) * level
+    return lead / par.base_ratio, (front - level) / par.base_ratio

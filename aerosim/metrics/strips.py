@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from aerosim.estimation.motion import MotionParameters, strip_motion
+from aerosim.estimation.motion import MotionParameters, StripMotion, strip_motion
 from aerosim.frames import Array, radii, wrap_pi
 from aerosim.recorder import Columns, Samples
 from aerosim.signals import Reason, StripMatch, StripUse
@@ -34,6 +34,15 @@ def strip_truth(t_row1: Array, t_row2: Array, samples: Samples, on_camera: bool)
     return np.where(np.isfinite(t_row2), angle, np.nan), vh
 
 
+def _reading(match: StripMatch, motion: MotionParameters) -> StripMotion | None:
+    """What a strip says by itself: with roll and pitch taken out if its estimator did so."""
+    if not np.isfinite(match.n):
+        return None
+    if np.isfinite(match.angle):
+        return StripMotion(match.angle, match.angle + (match.yaw1 + match.yaw2) / 2.0, match.vh)
+    return strip_motion(match, motion)
+
+
 def strip_table(
     strips: Sequence[tuple[StripMatch, StripUse]], samples: Samples, motion: MotionParameters
 ) -> Columns:
@@ -50,7 +59,7 @@ def strip_table(
     def use(name: str, scale: float = 1.0) -> Array:
         return np.array([getattr(u, name) for u in uses], float) * scale
 
-    seen = [strip_motion(m, motion) if np.isfinite(m.n) else None for m in matches]
+    seen = [_reading(m, motion) for m in matches]
     angle, vh = strip_truth(column("t_row1"), column("t_row2"), samples, motion.on_camera)
     degree = float(np.degrees(1.0))
     return {

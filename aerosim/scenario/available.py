@@ -9,7 +9,7 @@ from aerosim.scenario.section import Section
 # key -> the values that can be flown; a key that is not here is open
 AVAILABLE: dict[str, tuple[Any, ...]] = {
     "mount.level": ("static", "none"),
-    "control.mode": ("fixed", "ideal", "navigator", "schmelovsky_1988", "pipelined", "gnss_ins"),
+    "control.mode": ("fixed", "ideal", "navigator", "schmelovsky_1988", "pipelined", "best", "gnss_ins"),
     "frame_camera.write": (False,),
     "frame_camera.render_pixel_um": (None,),
     "navigation.smooth": (None,),

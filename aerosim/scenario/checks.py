@@ -133,9 +133,34 @@ def _arithmetic(scenario: Scenario) -> list[Problem]:
     return out
 
 
+def _best(scenario: Scenario) -> list[Problem]:
+    """What mode best does in one way only."""
+    est, rows = scenario.estimation, scenario.ccd_rows
+    if scenario.control.mode != "best":
+        return []
+    beside = "with control.mode: best"
+    out: list[Problem] = []
+    if rows.mounted_on != "camera":
+        out.append(("ccd_rows.mounted_on", f"{rows.mounted_on} does not go {beside}", "camera"))
+    if rows.extension != "imaged":
+        out.append(("ccd_rows.extension", f"{rows.extension} does not go {beside}", "imaged"))
+    if est.strip_period_s is None:
+        out.append(("estimation.strip_period_s", f"one strip at a time does not go {beside}", "a period"))
+    if not est.subpixel:
+        out.append(("estimation.subpixel", f"false does not go {beside}", "true"))
+    if not est.mean_subtracted:
+        out.append(("estimation.mean_subtracted", f"false does not go {beside}", "true"))
+    if est.table is not None:
+        out.append(("estimation.table", f"a table does not go {beside}, which learns its noise", "null"))
+    for key, gamma in (("estimation.crab.gamma", est.crab.gamma), ("estimation.vh.gamma", est.vh.gamma)):
+        if gamma is not None:
+            out.append((key, f"{gamma:g} does not go {beside}, whose filters have no such number", "null"))
+    return out
+
+
 def problems(scenario: Scenario) -> list[Problem]:
     """All that does not fit together: key, problem, what is allowed."""
-    out = _periods(scenario) + _lines(scenario) + _arithmetic(scenario)
+    out = _periods(scenario) + _lines(scenario) + _arithmetic(scenario) + _best(scenario)
     if scenario.flight.replay is not None:  # height and speed are those of the file
         return out + unused(scenario)
     out += _wind(scenario)

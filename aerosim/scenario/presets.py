@@ -24,6 +24,28 @@ MODE_DEFAULTS: Mapping[str, Mapping[str, Any]] = {
     "gnss_ins": {"navigation": {"imu": None}},
 }
 
+# Mode best by its aiding (none: a studied value, and what measured best on JSBSim flights): walk that the aid does
+# not see, and the noise with which the filter begins before it has learned its own.
+BEST: Mapping[str, Mapping[str, Any]] = {
+    "none": {
+        "crab": {"walk_deg2_per_s": 0.0225, "sigma_deg": 1.0},
+        "vh": {"walk_pct2_per_s": 0.1, "sigma_pct": 1.0},
+    },
+    "gyro": {
+        "crab": {"walk_deg2_per_s": 0.0225, "sigma_deg": 0.15},
+        "vh": {"walk_pct2_per_s": 0.1, "sigma_pct": 0.3},
+    },
+    "bank": {
+        "crab": {"walk_deg2_per_s": 0.01, "sigma_deg": 0.15},
+        "vh": {"walk_pct2_per_s": 0.1, "sigma_pct": 0.3},
+    },
+    "imu": {
+        "crab": {"walk_deg2_per_s": 0.0001, "sigma_deg": 0.15},
+        "vh": {"walk_pct2_per_s": 0.001, "sigma_pct": 0.3},
+    },
+}
+BEST_STRIP_PERIOD_S = 0.25
+
 
 def _set_only(value: Any) -> Any:
     return value.model_dump(exclude_unset=True, by_alias=True) if isinstance(value, Section) else value
@@ -53,6 +75,10 @@ def with_mode_defaults(data: Any) -> Any:
 def _defaults_of(mode: str, data: Mapping[str, Any]) -> Mapping[str, Any]:
     """Defaults of a mode; a table of disturbances brings its own gamma."""
     defaults, given = MODE_DEFAULTS.get(mode, {}), _set_only(data.get("estimation"))
+    if mode == "best":
+        aiding = given.get("aiding", "none") if isinstance(given, dict) else "none"
+        known = BEST.get(aiding, {}) if isinstance(aiding, str) else {}
+        return {"estimation": {"strip_period_s": BEST_STRIP_PERIOD_S, **known}}
     if not isinstance(given, dict) or given.get("table") is None or "estimation" not in defaults:
         return defaults
     kept = {key: value for key, value in defaults["estimation"].items() if key not in ("crab", "vh")}

@@ -15,6 +15,7 @@ from aerosim.signals import MotionEstimate
 # end lap 60 % of 230 mm over 152 mm, 69.44 m/s in 3000 m
 FOLLOW = ControlParameters(
     base_ratio=0.4 * 230.0 / 152.0,
+    half_format=115.0 / 152.0,
     planned_vh=69.44 / 3000.0,
     min_interval=2.0,
     follow_drift=True,
@@ -73,3 +74,24 @@ def test_loops_are_closed_one_by_one() -> None:
     assert (only_drift.mount_yaw, only_drift.fmc_rate) == (math.radians(8.0), FOLLOW.planned_vh)
     only_vh = camera_command(replace(FOLLOW, follow_drift=False), believed(8.0, 0.03))
     assert (only_vh.mount_yaw, only_vh.fmc_rate) == (0.0, 0.03)
+
+
+@pytest.mark.parametrize("pitches_deg", [(0.0, 0.0), (2.0, -1.0), (-3.0, 3.0), (4.0, 4.0)])
+def test_leads_keep_the_end_lap_of_footprints(pitches_deg: tuple[float, float]) -> None:
+    """Way that the command asks for between two photos of different pitch: their footprints lap by 60 %.
+
+    In flight lead and left enter as: way / base + lead now = 1 + left of the photo before.
+    """
+    before, now = (math.radians(p) for p in pitches_deg)
+    first = camera_command(FOLLOW, believed(0.0, 0.02)._replace(pitch=before))
+    second = camera_command(FOLLOW, believed(0.0, 0.02)._replace(pitch=now))
+    way = (1.0 + first.left - second.lead) * FOLLOW.base_ratio
+    a = math.atan(115.0 / 152.0)
+    front_before = math.tan(before + a)
+    front, rear = way + math.tan(now + a), way + math.tan(now - a)
+    assert (front_before - rear) / (front - rear) == pytest.approx(0.6, abs=1e-12)
+
+
+def test_a_trigger_without_pitch_has_no_lead() -> None:
+    command = camera_command(FOLLOW, believed(1.0, 0.02))
+    assert (command.lead, command.left) == (0.0, 0.0)

@@ -16,7 +16,9 @@ from aerosim.scenario.build.devices import (
     camera_of,
     control_of,
     motion_of,
+    mount_of,
     planned_n,
+    shutter_of,
 )
 from aerosim.scenario.build.disturbances import with_table
 from aerosim.scenario.build.flight import aircraft_folder, aircraft_of, input_files, planned_vh
@@ -30,7 +32,7 @@ from aerosim.scenario.build.route import Route, route_of
 from aerosim.scenario.scenario import Scenario
 from aerosim.sensing.aids import AidingDevices, NoAids
 from aerosim.sensing.ccd_rows import CcdRows
-from aerosim.sensing.frame_camera import FrameCamera, ShutterParameters
+from aerosim.sensing.frame_camera import FrameCamera
 from aerosim.sensing.mount import Mount
 from aerosim.world.ground import GroundView
 from aerosim.world.terrain import Terrain
@@ -108,12 +110,10 @@ def build(scenario: Scenario, flights: FlightSource = fresh) -> Mission:
         rows_every=round(rows.period_s * rate),
         rows_turn=rows.mounted_on == "camera",
         aids=aids_of(scenario, rng_of, ground_height),
-        observer=observer_of(scenario, vh),
+        observer=observer_of(scenario, vh, agl, mount_of(scenario, journey.level_pitch).level_pitch),
         motion=motion_of(scenario),
         control=control_of(scenario, vh),
-        camera=FrameCamera(
-            ShutterParameters(scenario.frame_camera.exposure_s, scenario.frame_camera.shutter_delay_s), dt
-        ),
+        camera=FrameCamera(shutter_of(scenario), dt),
         record_every=round(scenario.record.period_s * rate),
         outside_fails=scenario.terrain.outside == "fail",
         footprint=(

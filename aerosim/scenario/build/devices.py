@@ -10,6 +10,7 @@ from aerosim.estimation.strips import StripParameters
 from aerosim.projection import Camera
 from aerosim.scenario.scenario import Scenario
 from aerosim.sensing.ccd_rows import RowParameters
+from aerosim.sensing.frame_camera import ShutterParameters
 from aerosim.sensing.mount import MountParameters
 
 
@@ -24,6 +25,12 @@ def camera_of(scenario: Scenario) -> Camera:
     frame = scenario.frame_camera
     along, across = (side * 1e-3 for side in frame.format_mm)
     return Camera.of_frame(frame.focal_mm * 1e-3, (along, across), frame.pixel_um * 1e-6)
+
+
+def shutter_of(scenario: Scenario) -> ShutterParameters:
+    """Parameters of the frame camera's shutter."""
+    frame = scenario.frame_camera
+    return ShutterParameters(frame.exposure_s, frame.shutter_delay_s, frame.min_interval_s)
 
 
 def mount_of(scenario: Scenario, trim_pitch: float) -> MountParameters:
@@ -101,6 +108,7 @@ def control_of(scenario: Scenario, vh: float) -> ControlParameters:
     follow = control.mode != "fixed"
     return ControlParameters(
         base_ratio=(1.0 - control.end_lap_pct / 100.0) * frame.format_mm[0] / frame.focal_mm,
+        half_format=0.5 * frame.format_mm[0] / frame.focal_mm,
         planned_vh=vh,
         min_interval=frame.min_interval_s,
         follow_drift=follow,

@@ -7,13 +7,21 @@ from aerosim.estimation.integer_strips import IntegerRecogniser
 from aerosim.estimation.motion import MotionEstimator
 from aerosim.estimation.observer import Observer, RowObserver, ToldObserver
 from aerosim.estimation.strips import StripRecogniser
+from aerosim.estimation.tracking.tracker import Tracker
 from aerosim.scenario.build.aiding import TOLD
 from aerosim.scenario.build.devices import motion_of, strips_of
+from aerosim.scenario.build.tracking import tracker_of
 from aerosim.scenario.scenario import Scenario
 
 
-def observer_of(scenario: Scenario, vh: float) -> Observer:
-    """Observer of the scenario's mode.  vh: planned, 1/s.  Raises InputError."""
+def observer_of(scenario: Scenario, vh: float, height: float, level: float) -> Observer:
+    """Observer of the scenario's mode.
+
+    vh: planned, 1/s; height: planned above the mean land, m; level: pitch that the mount was set to, rad.
+    Raises InputError.
+    """
+    if scenario.control.mode == "best":
+        return Tracker(tracker_of(scenario, vh, height, level))
     rows = _row_observer(scenario, vh)
     return ToldObserver(rows) if scenario.control.mode in TOLD else rows
 

@@ -1,0 +1,193 @@
+"""A Kalman filter whose measurements are means over a past interval: the walk and its lags as states."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from aerosim.frames import Array
+
+
+@dataclass(frozen=True)
+class WalkModel:
+    """What is assumed of a quantity: a random walk on a slope that wanders.
+
+    walk: its intensity, unit^2/s.  slope_sigma: standard deviation of the slope, unit/s, a Gauss-Markov process of
+    time constant slope_time, s (the error of a levelled acceleration is one).
+    """
+
+    walk: float
+    slope_sigma: float
+    slope_time: float
+
+
+class LagFilter:
+    """State x(t), x(t - step), ..., and the slope; measured are means of x over intervals [t1, t2].
+
+    Source: the stationary Riccati equation with the lags in the state, as in docs/best.md.
+    """
+
+    def __init__(self, model: WalkModel, step: float, reach: float, ends: bool = False) -> None:
+        """step: of the lags, s.  reach: how far back a measured interval may begin, s.
+
+        ends: what is measured is the mean of the two end values and not of all that lies between.
+        """
+        self._ends = ends
+        self._model = model
+        self._step = step
+        self._lags = math.ceil(reach / step) + 2
+        self._keep = math.exp(-step / model.slope_time)
+        self._x = np.zeros(self._lags + 1)
+        self._cov = np.zeros((self._lags + 1, self._lags + 1))
+        self._h = np.zeros(self._lags + 1)
+        self.t = math.nan
+
+    def start(self, t: float, value: float, variance: float) -> None:
+        """Begin at time t with a value and its variance; the past is taken to have been the same, walked back."""
+        n, model = self._lags, self._model
+        self.t = t
+        self._x[:n], self._x[n] = value, 0.0
+        ages = np.arange(n) * self._step
+        self._cov[:n, :n] = variance + model.walk * np.minimum.outer(ages, ages)
+        self._cov[n, :] = self._cov[:, n] = 0.0
+        self._cov[n, n] = model.slope_sigma**2
+
+    def advance(self, t: float) -> None:
+        """Go on to time t, by whole steps; what is left of a step waits for the next call."""
+        while t - self.t > self._step * (1.0 - 1e-9):
+            self.t += self._step
+            model = self._model
+            _shift(
+                self._x, self._cov, self._step, self._keep, model.walk * self._step,
+                model.slope_sigma**2 * (1.0 - self._keep**2),
+            )  # fmt: skip
+
+    def inflate(self, variance: float) -> None:
+        """Admit that the whole course may be off by a constant of this variance."""
+        n = self._lags
+        self._cov[:n, :n] += variance
+
+    def expect(self, t1: float, t2: float) -> tuple[float, float]:
+        """Mean over [t1, t2] (s) as believed, and its variance."""
+        self._weigh(t1, t2)
+        return _expected(self._x, self._cov, self._h)
+
+    def update(self, t1: float, t2: float, observed: float, noise: float) -> float:
+        """Take the mean over [t1, t2] (s) as observed with a variance; returns the gain of the present value."""
+        self._weigh(t1, t2)
+        return float(_update(self._x, self._cov, self._h, observed, noise))
+
+    def _weigh(self, t1: float, t2: float) -> None:
+        weights = _end_weights if self._ends else _weights
+        weights(self._h, self._step, (self.t - t1) / self._step, (self.t - t2) / self._step)
+
+    def now(self, t: float) -> tuple[float, float]:
+        """Value and variance at time t (s), not before the last step."""
+        ahead = t - self.t
+        n = self._lags
+        value = self._x[0] + self._x[n] * ahead
+        variance = self._cov[0, 0] + 2.0 * ahead * self._cov[0, n] + ahead * ahead * self._cov[n, n]
+        return float(value), float(variance + self._model.walk * max(ahead, 0.0))
+
+
+@njit(cache=True)
+def _shift(x: Array, cov: Array, step: float, keep: float, walk: float, kick: float) -> None:  # pragma: no cover
+    """One step: x0 moves on by slope and walk, all lags grow by one, the last is dropped."""
+    n = x.shape[0] - 1
+    newest = x[0] + step * x[n]
+    var = cov[0, 0] + 2.0 * step * cov[0, n] + step * step * cov[n, n] + walk
+    cross_slope = keep * (cov[0, n] + step * cov[n, n])
+    for i in range(n - 1, 0, -1):
+        x[i] = x[i - 1]
+        for j in range(n - 1, 0, -1):
+            cov[i, j] = cov[i - 1, j - 1]
+    # what stands at lag i now was lag i - 1: its covariance with the new value
+    for i in range(n - 1, 0, -1):
+        slope = cov[i - 1, n]
+        cov[0, i] = cov[i, 0] = cov[1, i] + step * slope
+        cov[i, n] = cov[n, i] = keep * slope
+    x[0], cov[0, 0] = newest, var
+    cov[0, n] = cov[n, 0] = cross_slope
+    x[n] *= keep
+    cov[n, n] = keep * keep * cov[n, n] + kick
+
+
+@njit(cache=True)
+def _weights(h: Array, step: float, old: float, new: float) -> None:  # pragma: no cover - compiled
+    """Weights of the lags in the mean over [old, new] (in steps back), x taken as straight between the lags.
+
+    What lies after the newest lag (new < 0) is x0 carried on along the slope.
+    """
+    n = h.shape[0] - 1
+    h[:] = 0.0
+    total = old - new
+    if total <= 0.0:
+        h[0] = 1.0
+        return
+    if new < 0.0:
+        h[0] += -new
+        h[n] += 0.5 * new * new * step
+        new = 0.0
+    first, last = int(new), min(int(old), n - 2)
+    for i in range(first, last + 1):
+        a, b = max(new, float(i)), min(old, i + 1.0)
+        if b > a:
+            middle = 0.5 * (a + b) - i
+            h[i] += (b - a) * (1.0 - middle)
+            h[i + 1] += (b - a) * middle
+    if old > n - 1:  # older than what is kept: as the oldest
+        h[n - 1] += old - max(new, n - 1.0)
+    for i in range(n + 1):
+        h[i] /= total
+
+
+@njit(cache=True)
+def _end_weights(h: Array, step: float, old: float, new: float) -> None:  # pragma: no cover - compiled
+    """Weights of the lags in the mean of the values at `old` and `new` (in steps back)."""
+    n = h.shape[0] - 1
+    h[:] = 0.0
+    for back in (old, new):
+        if back <= 0.0:
+            h[0] += 0.5
+            h[n] -= 0.5 * back * step
+            continue
+        i = min(int(back), n - 2)
+        part = min(back - i, 1.0)
+        h[i] += 0.5 * (1.0 - part)
+        h[i + 1] += 0.5 * part
+
+
+@njit(cache=True)
+def _expected(x: Array, cov: Array, h: Array) -> tuple[float, float]:  # pragma: no cover - compiled
+    value, variance = 0.0, 0.0
+    n = x.shape[0]
+    for i in range(n):
+        if h[i] != 0.0:
+            value += h[i] * x[i]
+            for j in range(n):
+                variance += h[i] * cov[i, j] * h[j]
+    return value, variance
+
+
+@njit(cache=True)
+def _update(x: Array, cov: Array, h: Array, observed: float, noise: float) -> float:  # pragma: no cover - compiled
+    n = x.shape[0]
+    gain = np.zeros(n)
+    for i in range(n):
+        for j in range(n):
+            gain[i] += cov[i, j] * h[j]
+    variance, value = noise, 0.0
+    for i in range(n):
+        variance += h[i] * gain[i]
+        value += h[i] * x[i]
+    step = (observed - value) / variance
+    for i in range(n):
+        x[i] += gain[i] * step
+    for i in range(n):
+        for j in range(i, n):
+            cov[i, j] -= gain[i] * gain[j] / variance
+            cov[j, i] = cov[i, j]
+    return float(gain[0] / variance)

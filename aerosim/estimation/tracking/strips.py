@@ -1,0 +1,280 @@
+"""Strips in flight: kept, looked for in windows around their prediction, measured."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from aerosim.estimation.mad import Trough, judge
+from aerosim.estimation.tracking.fine import REACH, Fine, fine
+from aerosim.estimation.tracking.geometry import MOUNT, YAW, between, mismatch, passed
+from aerosim.estimation.tracking.window import surface
+from aerosim.frames import Array
+from aerosim.signals import Grey, Reason, RowExposure, StripMatch
+
+Counts = NDArray[np.int64]
+
+CONTRAST = 20.0  # grey levels: standard deviation that rows are brought to
+FLAT_GREY = 0.3  # below: nothing to see
+SD_MU_MOST = 0.12  # px, a weaker trough is refused
+RMS_MOST = 0.6  # of the contrast: most that row I may leave unexplained
+PLANNED_BY = 1.12  # times the planned n: the first look for a strip of which nothing is known
+SEEK_EVERY = 4  # strips
+
+
+@dataclass(frozen=True)
+class StripSetup:
+    """Rows, and how strips are taken.
+
+    pixels, max_shift, spacing_px, focal_px: of the rows, px.  period: between exposures, s.  level: pitch of the
+    mount against the airframe, rad.  planned_n: exposures; search: parts of it.  every: exposures between strips.
+    aided: the attitude is known.
+    """
+
+    pixels: int
+    max_shift: int
+    spacing_px: float
+    focal_px: float
+    period: float
+    level: float
+    planned_n: float
+    search: tuple[float, float]
+    every: int
+
+
+class Window(NamedTuple):
+    """along: px of ground motion to either side of the prediction; half: shifts to either side."""
+
+    along: float
+    half: int
+
+
+class Strips:
+    """Rings of row II and of the attitude, and the strips of row I that wait."""
+
+    def __init__(self, setup: StripSetup) -> None:
+        """Room for as many strips as can be in flight is made at once."""
+        s = self._setup = setup
+        self._first, self._last = max(1, int(s.search[0] * s.planned_n)), math.ceil(s.search[1] * s.planned_n)
+        self._steps_per_px = s.planned_n / s.spacing_px
+        ring = 1 << math.ceil(math.log2(self._last + 8 * s.every + 64))
+        self._rows2 = np.zeros((ring, s.pixels), np.float32)
+        self.ring = np.zeros((ring, 7))
+        slots = self._last // s.every + 4
+        self._rows1 = np.zeros((slots, s.pixels + 2 * s.max_shift), np.float32)
+        self._number1 = np.full(slots, -1, np.int64)
+        self._id = np.zeros(slots, np.int64)
+        self._looked = np.zeros(slots, np.bool_)
+        # first and last exposure within the window, that nearest to the prediction and its shift
+        self._begin = np.full(slots, -1, np.int64)
+        self._end = np.full(slots, -1, np.int64)
+        self._near = np.full(slots, np.inf)
+        self._centre = np.zeros(slots)
+        self._miss = np.zeros((slots, 2))
+        self._weights = np.ones(s.pixels, np.float32)
+        self._half = s.max_shift
+        self._strips = self._wait = 0
+        self.t = math.nan
+
+    def opens(self) -> bool:
+        """Whether the next exposure begins a strip."""
+        return self._wait == 0
+
+    def give_up(self, t: float) -> list[StripMatch]:
+        """All strips in flight are given up."""
+        self._wait = 0
+        waiting = np.flatnonzero(self._number1 >= 0).tolist()
+        return [self._lost(slot, t, Reason.TIMEOUT) for slot in waiting]
+
+    def _lost(self, slot: int, t: float, reason: Reason) -> StripMatch:
+        nothing = np.zeros((0, 2 * self._setup.max_shift + 1), np.float32)
+        return self._match(slot, Trough(np.nan, np.nan, np.nan, reason), 0, nothing, t)
+
+    def keep(self, exposure: RowExposure, attitude: tuple[float, ...]) -> None:
+        """Take an exposure into the rings; row I too if a strip begins."""
+        s, number = self._setup, exposure.number
+        at = number % len(self.ring)
+        self.t = exposure.t
+        self.ring[at] = attitude
+        _prepare(exposure.row2, 0, self._rows2[at])
+        if self._wait > 0:
+            self._wait -= 1
+            return
+        self._wait = s.every - 1
+        if exposure.missing:
+            return
+        slot = int(np.argmin(self._number1))  # -1: empty
+        if self._number1[slot] >= 0:
+            return
+        _prepare(exposure.row1, s.max_shift, self._rows1[slot])
+        self._number1[slot], self._id[slot] = number, self._strips
+        self._begin[slot] = self._end[slot] = -1
+        self._near[slot], self._looked[slot] = np.inf, False
+        self._strips += 1
+
+    def closed_unknown(self, number: int) -> list[int]:
+        """Strips whose turn it is while nothing is known: a look soon after the planned n, one at the end."""
+        age = number - self._number1
+        soon, end = int(PLANNED_BY * self._setup.planned_n), self._last
+        waits = self._number1 >= 0
+        ready = waits & (((age == soon) & (self._id % SEEK_EVERY == 0)) | (age >= end))
+        out = np.flatnonzero(ready).tolist()
+        for slot in out:
+            self._begin[slot], self._end[slot] = self._number1[slot] + self._first, number - REACH - 1
+            self._centre[slot] = 0.0
+        self._half = 2 * self._setup.max_shift
+        return [slot for slot in out if self._keep_or_drop(slot)]
+
+    def _keep_or_drop(self, slot: int) -> bool:
+        """Of strips that were not looked at, only some are worth a long search."""
+        if self._id[slot] % SEEK_EVERY == 0:
+            return True
+        self._number1[slot] = -1
+        return False
+
+    def closed(self, number: int, track: float, speed: float, window: Window) -> list[int]:
+        """Strips whose window is over.  track, speed: see `mismatch`."""
+        s = self._setup
+        self._half = window.half
+        count = _follow(
+            self.ring, number, self._number1, track, speed, s.spacing_px, s.focal_px, s.level, window.along,
+            s.pixels, (REACH + 2) / self._steps_per_px, self._first, self._last,
+            self._begin, self._end, self._near, self._centre, self._miss, self._looked,
+        )  # fmt: skip
+        return np.flatnonzero(self._looked & (self._number1 >= 0)).tolist() if count else []
+
+    def recognise(self, slot: int, exposure: RowExposure, final: bool) -> tuple[StripMatch, float] | None:
+        """Look for a strip in its window; its match and the logarithm of its v/h.
+
+        None: not found yet, its window is still open (`final` False and the last exposure not reached).
+        """
+        number, t, s = exposure.number, exposure.t, self._setup
+        begin, end = int(self._begin[slot]), int(self._end[slot])
+        complete = final or number - self._number1[slot] >= self._last
+        if begin < 0 or end - begin < 2:
+            return self._lost(slot, t, Reason.BORDER_N), math.nan
+        row1, centre = self._rows1[slot], round(self._centre[slot])
+        most = row1.shape[0] - s.pixels  # half of the pixels still face each other
+        centre = min(max(centre, -most), most)
+        middle = (begin + end) // 2
+        slope = self._turn(slot, middle) * self._steps_per_px
+        found = surface(row1, self._rows2, self._weights, begin, end - begin + 1, centre, self._half, slope)
+        trough = self._judged(slot, found, complete)
+        if not complete and trough.reason is not Reason.ACCEPTED:
+            return None
+        step = begin + trough.step
+        trough = trough._replace(mu=trough.mu + centre)
+        if trough.reason is not Reason.ACCEPTED:
+            return self._match(slot, trough, begin, found, t), math.nan
+        slope = self._turn(slot, int(step)) * self._steps_per_px
+        best = Fine(*fine(row1, self._rows2, self._weights, step, trough.mu, slope, self._steps_per_px))
+        if not best.ok or best.sd_mu > SD_MU_MOST:
+            return self._match(slot, trough._replace(reason=Reason.WEAK), begin, found, t), math.nan
+        if best.rms > RMS_MOST * CONTRAST:
+            return self._match(slot, trough._replace(reason=Reason.UNLIKE), begin, found, t), math.nan
+        trough = trough._replace(step=best.step - begin, mu=best.mu)
+        return self._measured(slot, trough, begin, found, t)
+
+    def _judged(self, slot: int, found: Grey, complete: bool) -> Trough:
+        if not self._rows1[slot].any():
+            return Trough(np.nan, np.nan, np.nan, Reason.DEGENERATE)
+        return judge(found, self._steps_per_px, complete)
+
+    def _turn(self, slot: int, number: int) -> float:
+        """Turn of the camera since the strip's row I, rad."""
+        a, b = self.ring[self._number1[slot] % len(self.ring)], self.ring[number % len(self.ring)]
+        return float(b[YAW] + b[MOUNT] - a[YAW] - a[MOUNT])
+
+    def _measured(self, slot: int, trough: Trough, begin: int, found: Grey, t: float) -> tuple[StripMatch, float]:
+        s = self._setup
+        first = self.ring[self._number1[slot] % len(self.ring)].copy()
+        second = between(self.ring, begin + trough.step)
+        north, east = passed(first, second, trough.mu, s.level, s.spacing_px, s.focal_px, s.pixels)
+        span = second[0] - first[0]
+        self._ends = first, second
+        match = self._match(slot, trough, begin, found, t)
+        track = math.atan2(east, north)
+        vh = math.hypot(north, east) / span
+        axis = (first[YAW] + first[MOUNT] + second[YAW] + second[MOUNT]) / 2.0
+        angle = math.remainder(track - axis, 2.0 * math.pi)
+        return match._replace(track=track, angle=angle, vh=vh), math.log(vh)
+
+    def ends(self, match: StripMatch) -> tuple[Array, Array]:
+        """Attitude rows at both exposures of the strip measured last."""
+        return self._ends
+
+    def _match(self, slot: int, trough: Trough, begin: int, found: Grey, t: float) -> StripMatch:
+        number1 = int(self._number1[slot])
+        self._number1[slot] = -1
+        n = begin + trough.step - number1
+        first = self.ring[number1 % len(self.ring)]
+        second = between(self.ring, number1 + n) if math.isfinite(n) else np.full(7, np.nan)
+        return StripMatch(
+            int(self._id[slot]), number1, float(first[0]), float(second[0]), t, float(n), float(trough.mu),
+            float(trough.value), float(first[MOUNT]), float(second[MOUNT]), trough.reason, begin - number1, found,
+        )  # fmt: skip
+
+
+@njit(cache=True)
+def _prepare(row: Grey, margin: int, out: Grey) -> None:  # pragma: no cover - compiled
+    """A row less its mean and divided by its standard deviation (of the inner pixels), times CONTRAST."""
+    total, square = 0.0, 0.0
+    count = row.shape[0] - 2 * margin
+    for i in range(margin, row.shape[0] - margin):
+        total += row[i]
+        square += row[i] * row[i]
+    mean = total / count
+    deviation = np.sqrt(max(square / count - mean * mean, 0.0))
+    scale = CONTRAST / deviation if deviation > FLAT_GREY else 0.0
+    for i in range(row.shape[0]):
+        out[i] = np.float32((row[i] - mean) * scale)
+
+
+@njit(cache=True)
+def _follow(
+    ring: Array,
+    number: int,
+    number1: Counts,
+    track: float,
+    speed: float,
+    spacing: float,
+    focal: float,
+    level: float,
+    along: float,
+    pixels: int,
+    settle: float,
+    first: int,
+    last: int,
+    begin: Counts,
+    end: Counts,
+    near: Array,
+    centre: Array,
+    miss: Array,
+    over: NDArray[np.bool_],
+) -> int:  # pragma: no cover - compiled
+    """Note which exposures lie within each strip's window; marks the strips whose window is over, counts them."""
+    mismatch(ring, number, number1, track, speed, spacing, focal, level, miss)
+    now = ring[number % ring.shape[0]]
+    count = 0
+    for s in range(number1.shape[0]):
+        over[s] = False
+        if number1[s] < 0:
+            continue
+        age = number - number1[s]
+        if abs(miss[s, 0]) <= along and first <= age <= last:
+            if begin[s] < 0:
+                begin[s] = number
+            end[s] = number
+            if abs(miss[s, 0]) < near[s]:
+                near[s], centre[s] = abs(miss[s, 0]), miss[s, 1]
+        then = ring[number1[s] % ring.shape[0]]
+        turn = abs(now[3] + now[4] - then[3] - then[4])
+        if miss[s, 0] < -(along + settle + turn * pixels / 2.0) or age > last + 32:
+            over[s] = True
+            count += 1
+    return count

@@ -1,0 +1,61 @@
+"""What mode `best` assumes, by the aiding that the scenario has."""
+
+from __future__ import annotations
+
+from math import radians
+
+from aerosim.estimation.tracking.lag_filter import WalkModel
+from aerosim.estimation.tracking.strips import StripSetup
+from aerosim.estimation.tracking.tracker import TrackerParameters
+from aerosim.scenario.build.devices import planned_n
+from aerosim.scenario.scenario import Scenario
+
+GRAVITY = 9.80665
+DEGREE = radians(1.0)
+# Strips are taken together over so long: without a gyro their errors last as long as a roll does.
+BLOCK_S = {"none": 4.0, "gyro": 0.5, "bank": 0.5, "imu": 0.5}
+# How far strips that agree may scatter, deg and %, before anything is known.
+SCATTER_TRACK = {"none": 2.0, "gyro": 0.5, "bank": 0.5, "imu": 0.5}
+SCATTER_VH = {"none": 3.0, "gyro": 1.0, "bank": 1.0, "imu": 1.0}
+FLOOR_TRACK, FLOOR_VH = 0.01, 0.03  # deg and %: a block is not believed to be better
+LEVEL_DEG, LEVEL_S, GYRO_DEG_PER_H = 0.1, 60.0, 10.0  # a small unit's data sheet
+SLOPE_S = 1000.0  # the level error that is left once the gyro has smoothed it changes so slowly
+
+
+def tracker_of(scenario: Scenario, vh: float, height: float, level: float) -> TrackerParameters:
+    """Parameters of mode `best`.
+
+    vh: planned, 1/s; height: planned above the mean land, m; level: pitch that the mount was set to, rad.
+    """
+    rows, est = scenario.ccd_rows, scenario.estimation
+    aiding = est.aiding
+    wrong = GRAVITY * radians(LEVEL_DEG) / (vh * height) if aiding in ("bank", "imu") else 0.0
+    along = GRAVITY * radians(LEVEL_DEG) / (vh * height) if aiding == "imu" else 0.0
+    return TrackerParameters(
+        strips=StripSetup(
+            pixels=rows.pixels_px,
+            max_shift=rows.max_shift_px,
+            spacing_px=rows.spacing_px,
+            focal_px=rows.focal_px,
+            period=rows.period_s,
+            level=0.0 if aiding == "none" else level,
+            planned_n=planned_n(scenario, vh),
+            search=est.search_n,
+            every=round((est.strip_period_s or rows.period_s) / rows.period_s),
+        ),
+        planned_vh=vh,
+        planned_height=height,
+        aiding=aiding,
+        track=WalkModel(est.crab.walk_deg2_per_s * DEGREE**2, max(wrong, 1e-5), SLOPE_S),
+        vh=WalkModel(est.vh.walk_pct2_per_s * 1e-4, max(along, 1e-5), SLOPE_S),
+        block=BLOCK_S[aiding],
+        floor_track=(FLOOR_TRACK * DEGREE) ** 2,
+        floor_vh=(FLOOR_VH * 1e-2) ** 2,
+        noise_track=(est.crab.sigma_deg * DEGREE) ** 2,
+        noise_vh=(est.vh.sigma_pct * 1e-2) ** 2,
+        scatter_track=(SCATTER_TRACK[aiding] * DEGREE) ** 2,
+        scatter_vh=(SCATTER_VH[aiding] * 1e-2) ** 2,
+        gyro_drift=radians(GYRO_DEG_PER_H) / 3600.0,
+        level_sigma=radians(LEVEL_DEG),
+        level_time=LEVEL_S,
+    )
