@@ -12,8 +12,9 @@ from aerosim.signals import CameraCommand, MotionEstimate
 class ControlParameters:
     """base_ratio: wanted base over height, (1 - end lap) x format along / focal length.
 
-    half_format: half of the format along over the focal length.  planned_vh: 1/s, used until
-    there is an estimate, and for good if v/h is not followed.  min_interval: s, of the camera.  follow_drift, follow_vh, fmc: which loops are closed.
+    half_format: half of the format along over the focal length.  planned_vh: 1/s, used until there is an estimate,
+    and for good if v/h is not followed.  min_interval: s, of the camera.  follow_drift, follow_vh, fmc: which
+    loops are closed.
     """
 
     base_ratio: float

@@ -140,6 +140,6 @@ def test_shadows_disturb_a_flight():
     [("cover_pct", 0), ("cover_pct", 100), ("cell_m", 10), ("speed_m_s", -1), ("darkness_pct", 101)],
 )
 def test_keys_out_of_range_are_told(key, value):
-    with pytest.raises(InputError, match="range|less|greater|between") as caught:
+    with pytest.raises(InputError, match=r"range|less|greater|between") as caught:
         scenario(terrain={"cloud_shadows": {key: value}})
     assert key in str(caught.value)

@@ -48,7 +48,7 @@ def _spline(s: float) -> tuple[float, float, float, float]:  # pragma: no cover 
 def _smooth(rows: Grey, row: int, i: int) -> float:  # pragma: no cover - compiled
     """A pixel with its neighbours in the row, as the spline weighs them at a whole place."""
     left, right = max(i - 1, 0), min(i + 1, rows.shape[1] - 1)
-    return (rows[row, left] + 4.0 * rows[row, i] + rows[row, right]) / 6.0
+    return float(rows[row, left] + 4.0 * rows[row, i] + rows[row, right]) / 6.0
 
 
 @njit(cache=True)

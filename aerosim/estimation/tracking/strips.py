@@ -13,14 +13,13 @@ from numpy.typing import NDArray
 from aerosim.estimation.mad import Trough, judge
 from aerosim.estimation.tracking.fine import REACH, Fine, fine
 from aerosim.estimation.tracking.geometry import MOUNT, YAW, between, mismatch, passed
-from aerosim.estimation.tracking.window import surface
+from aerosim.estimation.tracking.window import FLAT_GREY, moments, surface
 from aerosim.frames import Array
 from aerosim.signals import Grey, Reason, RowExposure, StripMatch
 
 Counts = NDArray[np.int64]
 
-CONTRAST = 20.0  # grey levels: standard deviation that rows are brought to
-FLAT_GREY = 0.3  # below: nothing to see
+REFERENCE_S = 0.01  # grey values are taken as if exposed for so long
 SD_MU_MOST = 0.12  # px, a weaker trough is refused
 RMS_MOST = 0.6  # of the contrast: most that row I may leave unexplained
 PLANNED_BY = 1.12  # times the planned n: the first look for a strip of which nothing is known
@@ -101,7 +100,8 @@ class Strips:
         at = number % len(self.ring)
         self.t = exposure.t
         self.ring[at] = attitude
-        _prepare(exposure.row2, 0, self._rows2[at])
+        scale = REFERENCE_S / exposure.exposure
+        self._rows2[at] = exposure.row2 * scale
         if self._wait > 0:
             self._wait -= 1
             return
@@ -111,7 +111,7 @@ class Strips:
         slot = int(np.argmin(self._number1))  # -1: empty
         if self._number1[slot] >= 0:
             return
-        _prepare(exposure.row1, s.max_shift, self._rows1[slot])
+        self._rows1[slot] = exposure.row1 * scale
         self._number1[slot], self._id[slot] = number, self._strips
         self._begin[slot] = self._end[slot] = -1
         self._near[slot], self._looked[slot] = np.inf, False
@@ -172,16 +172,18 @@ class Strips:
         if trough.reason is not Reason.ACCEPTED:
             return self._match(slot, trough, begin, found, t), math.nan
         slope = self._turn(slot, int(step)) * self._steps_per_px
+        _, contrast = moments(row1[s.max_shift : s.max_shift + s.pixels], self._weights)
         best = Fine(*fine(row1, self._rows2, self._weights, step, trough.mu, slope, self._steps_per_px))
         if not best.ok or best.sd_mu > SD_MU_MOST:
             return self._match(slot, trough._replace(reason=Reason.WEAK), begin, found, t), math.nan
-        if best.rms > RMS_MOST * CONTRAST:
+        if best.rms > RMS_MOST * contrast:
             return self._match(slot, trough._replace(reason=Reason.UNLIKE), begin, found, t), math.nan
         trough = trough._replace(step=best.step - begin, mu=best.mu)
         return self._measured(slot, trough, begin, found, t)
 
     def _judged(self, slot: int, found: Grey, complete: bool) -> Trough:
-        if not self._rows1[slot].any():
+        s = self._setup
+        if moments(self._rows1[slot, s.max_shift : s.max_shift + s.pixels], self._weights)[1] <= FLAT_GREY:
             return Trough(np.nan, np.nan, np.nan, Reason.DEGENERATE)
         return judge(found, self._steps_per_px, complete)
 
@@ -218,21 +220,6 @@ class Strips:
             int(self._id[slot]), number1, float(first[0]), float(second[0]), t, float(n), float(trough.mu),
             float(trough.value), float(first[MOUNT]), float(second[MOUNT]), trough.reason, begin - number1, found,
         )  # fmt: skip
-
-
-@njit(cache=True)
-def _prepare(row: Grey, margin: int, out: Grey) -> None:  # pragma: no cover - compiled
-    """A row less its mean and divided by its standard deviation (of the inner pixels), times CONTRAST."""
-    total, square = 0.0, 0.0
-    count = row.shape[0] - 2 * margin
-    for i in range(margin, row.shape[0] - margin):
-        total += row[i]
-        square += row[i] * row[i]
-    mean = total / count
-    deviation = np.sqrt(max(square / count - mean * mean, 0.0))
-    scale = CONTRAST / deviation if deviation > FLAT_GREY else 0.0
-    for i in range(row.shape[0]):
-        out[i] = np.float32((row[i] - mean) * scale)
 
 
 @njit(cache=True)

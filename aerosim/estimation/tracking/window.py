@@ -7,7 +7,22 @@ from numba import njit
 
 from aerosim.signals import Grey
 
+FLAT_GREY = 0.3  # standard deviation of a row that shows nothing
 LEAST_SHARE = 0.5  # of the pixels of row II, compared at the outermost shifts
+
+
+@njit(cache=True)
+def moments(row: Grey, weights: Grey) -> tuple[np.float32, np.float32]:  # pragma: no cover - compiled
+    """Mean and standard deviation of the pixels that count, grey levels."""
+    total, square, count = 0.0, 0.0, 0.0
+    for i in range(row.shape[0]):
+        total += weights[i] * row[i]
+        square += weights[i] * row[i] * row[i]
+        count += weights[i]
+    if count == 0.0:
+        return np.float32(0.0), np.float32(0.0)
+    mean = total / count
+    return np.float32(mean), np.float32(np.sqrt(max(square / count - mean * mean, 0.0)))
 
 
 @njit(cache=True, fastmath=True)
@@ -16,7 +31,8 @@ def surface(
 ) -> Grey:  # pragma: no cover - compiled
     """Mean absolute differences, (steps, 2 half + 1), of a strip of row I and exposures of row II.
 
-    row1: (u + 2 j,).  rows2: ring, (ring, u), exposure number modulo the ring.  Both centred and scaled alike.
+    row1: (u + 2 j,).  rows2: ring, (ring, u), exposure number modulo the ring.  Each row is centred and scaled
+    by its own mean and standard deviation, those of row II after it was put together.
     weights: (u,), 0 leaves a pixel of row II out.  first: exposure of the first row of the surface.  centre,
     half: shifts centre - half ... centre + half, px; beyond +-j fewer pixels face each other, below LEAST_SHARE
     the value is infinite.  slope: exposures by which each pixel of row II is read later than its left neighbour.
@@ -26,11 +42,17 @@ def surface(
     out = np.empty((steps, 2 * half + 1), np.float32)
     row2 = np.empty(u, np.float32)
     late = np.empty(u, np.int64)
+    mean1, spread1 = moments(row1[margin : margin + u], weights)
+    row1 = row1 - mean1
     for i in range(u):
         late[i] = int(np.round(slope * (i - middle)))
     for s in range(steps):
         for i in range(u):
             row2[i] = rows2[(first + s + late[i]) % ring, i]
+        mean, spread = moments(row2, weights)
+        scale = np.float32(spread1 / spread) if spread > FLAT_GREY else np.float32(0.0)
+        for i in range(u):
+            row2[i] = (row2[i] - mean) * scale
         for k in range(2 * half + 1):
             shift = centre - half + k
             begin = max(0, -(margin + shift))

@@ -50,12 +50,9 @@ def flown(
 def find(row1: np.ndarray, rows2: np.ndarray, mask: np.ndarray | None = None, slope: float = 0.0) -> Fine:
     """MAD minimum, then least squares."""
     weights = np.ones(PIXELS, np.float32) if mask is None else mask.astype(np.float32)
-    inner, others = row1[MARGIN:-MARGIN], rows2[:, weights > 0.0]
-    centred1 = 20.0 * (row1 - inner.mean()) / inner.std()
-    centred2 = 20.0 * (rows2 - others.mean(1, keepdims=True)) / others.std(1, keepdims=True)
-    found = surface(centred1, centred2, weights, 8, 48, 0, MARGIN, slope)
+    found = surface(row1, rows2, weights, 8, 48, 0, MARGIN, slope)
     step, k = np.unravel_index(np.argmin(found), found.shape)
-    return Fine(*fine(centred1, centred2, weights, 8.0 + step, float(k - MARGIN), slope, STEPS_PER_PX))
+    return Fine(*fine(row1, rows2, weights, 8.0 + step, float(k - MARGIN), slope, STEPS_PER_PX))
 
 
 def test_a_known_shift_is_recovered_to_a_twentieth_of_a_pixel() -> None:
