@@ -164,8 +164,9 @@ def test_a_reader_who_leaves_is_no_error() -> None:
             "--set flight.speed: unknown key, without its unit (did you mean airspeed_m_s?)",
         ),
         (
-            ("run", "calm", "--set", "control.mode=best"),
-            "--set control.mode: best is not available in this version (allowed: fixed, ideal, schmelovsky_1988, pipelined)",
+            ("run", "calm", "--set", "control.mode=my_modes:Mine"),
+            "--set control.mode: my_modes:Mine is not available in this version (allowed: fixed, ideal, navigator, "
+            "schmelovsky_1988, pipelined, best, gnss_ins)",
         ),
         (
             ("run", "calm", "--set", "ccd_rows.period_s=0.052"),

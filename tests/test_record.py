@@ -88,8 +88,8 @@ PHOTOS = [
 SUMMARY = {
     "flight": "duration_s lines cross_track_rms_m height_rms_m airspeed_rms_m_s roll_rms_deg pitch_rms_deg "
     "roll_rate_rms_deg_s pitch_rate_rms_deg_s yaw_rate_rms_deg_s drift_mean_deg",
-    "crab": "residual_rms_deg residual_mean_deg residual_max_deg estimate_error_rms_deg settle_s strips accepted_pct",
-    "vh": "error_rms_pct error_mean_pct strip_error_rms_pct",
+    "crab": "residual_rms_deg residual_mean_deg residual_max_deg estimate_error_rms_deg settle_s strips accepted_pct split_deg",
+    "vh": "error_rms_pct error_mean_pct strip_error_rms_pct split_pct",
     "photos": "count end_lap_mean_pct end_lap_error_rms_pct end_lap_min_pct side_lap_min_pct blur_rms_px out_of_tolerance",
     "speed": "wall_s fdm_wall_s real_time_factor",
 }
@@ -135,7 +135,7 @@ def test_the_summary_is_the_contracts(crosswind: Run) -> None:
     summary = crosswind.summary
     assert {name: " ".join(summary[name]) for name in SUMMARY} == SUMMARY
     assert (summary["status"], summary["seed"]) == ("done", 1)
-    assert set(summary) == {*SUMMARY, "status", "seed", "telemetry_sha256", "notes"}
+    assert set(summary) == {*SUMMARY, "consistency", "status", "seed", "telemetry_sha256", "notes"}
     nulls = {f"{part}.{name}" for part in SUMMARY for name, value in summary[part].items() if value is None}
     assert nulls == set(summary["notes"])
     assert all(summary["notes"].values())

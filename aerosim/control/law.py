@@ -37,7 +37,8 @@ def camera_command(par: ControlParameters, estimate: MotionEstimate) -> CameraCo
     yaw = 0.0
     if par.follow_drift:
         yaw = estimate.drift if estimate.valid else estimate.seek
-    vh = estimate.vh if par.follow_vh and estimate.valid else par.planned_vh
+    known = par.follow_vh and estimate.valid and not math.isnan(estimate.vh)
+    vh = estimate.vh if known else par.planned_vh
     lead, left = _leads(par, estimate.pitch) if par.follow_vh and estimate.valid and estimate.pitch else (0.0, 0.0)
     return CameraCommand(yaw, max(par.base_ratio / vh, par.min_interval), vh if par.fmc else 0.0, lead, left)
 

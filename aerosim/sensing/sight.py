@@ -65,12 +65,14 @@ class DriftSight:
         self._ordered, self._spoken = 0.0, 0
         self._look_at = self._heard_at = math.inf
         self._seen = self._passing = self._vh = NAN
+        self._looked = False
 
     def tell(self, aircraft: AircraftState, terrain_height: float, mount_yaw: float) -> MotionEstimate | None:
         """What he changes now, None if nothing.
 
         terrain_height: mean below, ellipsoidal, m.  mount_yaw: of the camera against the airframe, rad.  Drift
-        and v/h are valid once he has looked; he states no standard deviations.
+        and v/h are valid once he has looked, v/h NaN as long as there was no land below; he states no standard
+        deviations.
         """
         a = aircraft
         if abs(a.roll) > LEVEL:
@@ -91,14 +93,17 @@ class DriftSight:
         if math.isnan(self._seen):
             self._seen, self._passing = crab, vh
         self._seen += self._follow * (crab - self._seen)
-        self._passing += self._follow * (vh - self._passing)
+        if math.isnan(self._passing):  # there was no land below
+            self._passing = vh
+        elif not math.isnan(vh):
+            self._passing += self._follow * (vh - self._passing)
         if a.t < self._look_at:
             return None
         self._look(a.t)
         return self._set(a.t)
 
     def _set(self, t: float) -> MotionEstimate:
-        return MotionEstimate(t, self._ordered, self._vh, NAN, NAN, not math.isnan(self._vh))
+        return MotionEstimate(t, self._ordered, self._vh, NAN, NAN, self._looked)
 
     def _begin(self, aircraft: AircraftState) -> MotionEstimate:
         """Another line: the camera goes back to the airframe's axis.  v/h is kept: it is known no better."""
@@ -111,7 +116,11 @@ class DriftSight:
         p, rng = self._p, self._rng
         angle = self._seen + p.track_sigma * rng.standard_normal()
         read = self._passing * (1.0 + p.vh_sigma * rng.standard_normal())
-        self._vh = read if math.isnan(self._vh) else self._vh + p.vh_weight * (read - self._vh)
+        if math.isnan(self._vh):
+            self._vh = read
+        elif not math.isnan(read):
+            self._vh += p.vh_weight * (read - self._vh)
+        self._looked = True
         self._look_at = t + pause(p, rng)
         if degrees := in_words(angle, p):
             self.orders.append(Turned(t, degrees))

@@ -95,3 +95,10 @@ def test_leads_keep_the_end_lap_of_footprints(pitches_deg: tuple[float, float]) 
 def test_a_trigger_without_pitch_has_no_lead() -> None:
     command = camera_command(FOLLOW, believed(1.0, 0.02))
     assert (command.lead, command.left) == (0.0, 0.0)
+
+
+def test_v_over_h_that_nobody_has_read_is_the_planned_one() -> None:
+    """The navigator may have turned the camera before there was land below."""
+    command = camera_command(FOLLOW, believed(3.0, math.nan))
+    assert command.mount_yaw == pytest.approx(math.radians(3.0))
+    assert command.interval == pytest.approx(FOLLOW.base_ratio / FOLLOW.planned_vh)

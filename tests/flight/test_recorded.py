@@ -106,8 +106,8 @@ def test_the_ground_is_hit_at_the_same_time(tmp_path: Path, monkeypatch: pytest.
     made = parts.GroundView.around
     wall = 2600.0
 
-    def around(self: Any, lat: float, lon: float, reach: float) -> Any:
-        spot = made(self, lat, lon, reach)
+    def around(self: Any, lat: float, lon: float, reach: float, t: float) -> Any:
+        spot = made(self, lat, lon, reach, t)
         return spot._replace(relief=spot.relief + np.float32(wall if lon > math.radians(-84.35) else 0.0))
 
     monkeypatch.setattr(parts.GroundView, "around", around)

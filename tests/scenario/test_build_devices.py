@@ -102,7 +102,7 @@ def test_satellites_and_compass() -> None:
 def test_mode_has_its_telling_device(mode: str, device: type) -> None:
     made = scenario(control={"mode": mode})
     assert isinstance(telling_of(made, RNG_OF, 300.0), device)
-    assert isinstance(observer_of(made, 0.023), RowObserver if mode == "pipelined" else ToldObserver)
+    assert isinstance(observer_of(made, 0.023, 3000.0, 0.0), RowObserver if mode == "pipelined" else ToldObserver)
 
 
 def test_sound_devices_are_the_plain_ones() -> None:

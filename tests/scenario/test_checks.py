@@ -99,7 +99,7 @@ NOT_YET = {
     "flight.area": "{corners_deg: [[1, 2], [1, 3], [2, 3]]}",
     "flight.file": "lines.csv",
     "mount.level": "stabilised",
-    "control.mode": "best",
+    "control.mode": "my_modes:Mine",
     "frame_camera.write": "true",
     "frame_camera.render_pixel_um": "24",
     "navigation.smooth": "{p: 2, d: 2}",

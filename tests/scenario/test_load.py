@@ -51,7 +51,7 @@ Write = Callable[[str | bytes], Path]
         ("name: try", "name: try\nschema: 2", "try.yaml:2: schema: 2 is not known (allowed: 1)"),
         ("name: try", "name: try\nmount: null", "try.yaml:2: mount: null is not a section (allowed: a section of KEY: VALUE lines)"),
         ("name: try", "name: try\nseed: 1.5", "try.yaml:2: seed: 1.5 is not a whole number (allowed: a whole number, at least 0, at most 9007199254740992)"),
-        ("name: try", "name: try\ncontrol: {mode: pipelind}", "try.yaml:2: control.mode: unknown mode 'pipelind' (allowed: fixed, ideal, navigator, schmelovsky_1988, pipelined, gnss_ins; did you mean pipelined?)"),
+        ("name: try", "name: try\ncontrol: {mode: pipelind}", "try.yaml:2: control.mode: unknown mode 'pipelind' (allowed: fixed, ideal, navigator, schmelovsky_1988, pipelined, best, gnss_ins; did you mean pipelined?)"),
         ("name: try", "name: try\nccd_rows: {exposure_s: fast}", "try.yaml:2: ccd_rows.exposure_s: 'fast' is not known (allowed: auto, or a number)"),
         ("name: try", "name: try\nexpect: {crab.residual_deg: {max: 2}}", "try.yaml:2: expect.crab.residual_deg: is no number of summary.json (did you mean crab.residual_rms_deg?)"),
         ("name: try", "name: try\nexpect: {crab.settle_s: {}}", "try.yaml:2: expect.crab.settle_s: asks for nothing (allowed: {min: NUMBER}, {max: NUMBER} or both)"),

@@ -207,3 +207,18 @@ def test_section_has_the_same_defaults():
     assert (section.look_s, section.settle_s, section.average_s, section.least_deg, section.reaction_s) == (
         parameters.look, parameters.settle, parameters.average, parameters.least, parameters.reaction,
     )  # fmt: skip
+
+
+def test_a_look_over_no_land_turns_the_camera_and_reads_no_v_over_h():
+    """A run-in that starts outside of the terrain: the angle is seen all the same, v/h once there is land."""
+    seat = Seat()
+    for _ in range(round(20.0 / PERIOD)):
+        told = seat.sight.tell(state(seat.t, drift=math.radians(8.0)), math.nan, seat.yaw)
+        if told is not None:
+            seat.told, seat.yaw = told, told.drift
+        seat.t += PERIOD
+    assert seat.told.valid
+    assert math.degrees(seat.yaw) == pytest.approx(8.0)
+    assert math.isnan(seat.told.vh)
+    seat.wait(10.0, drift=math.radians(8.0))
+    assert seat.told.vh == pytest.approx(SPEED / (HEIGHT - GROUND))

@@ -47,10 +47,14 @@ class StripSetup:
 
 
 class Window(NamedTuple):
-    """along: px of ground motion to either side of the prediction; half: shifts to either side."""
+    """along: px of ground motion to either side of the prediction; half: shifts to either side.
+
+    slant: rad, by which the camera may have turned more or less than is known; 0: not looked for.
+    """
 
     along: float
     half: int
+    slant: float = 0.0
 
 
 class Strips:
@@ -76,7 +80,7 @@ class Strips:
         self._centre = np.zeros(slots)
         self._miss = np.zeros((slots, 2))
         self._weights = np.ones(s.pixels, np.float32)
-        self._half = s.max_shift
+        self._half, self._slant = s.max_shift, 0.0
         self._strips = self._wait = 0
         self.t = math.nan
 
@@ -140,7 +144,7 @@ class Strips:
     def closed(self, number: int, track: float, speed: float, window: Window) -> list[int]:
         """Strips whose window is over.  track, speed: see `mismatch`."""
         s = self._setup
-        self._half = window.half
+        self._half, self._slant = window.half, window.slant
         count = _follow(
             self.ring, number, self._number1, track, speed, s.spacing_px, s.focal_px, s.level, window.along,
             s.pixels, (REACH + 2) / self._steps_per_px, self._first, self._last,
@@ -162,16 +166,17 @@ class Strips:
         most = row1.shape[0] - s.pixels  # half of the pixels still face each other
         centre = min(max(centre, -most), most)
         middle = (begin + end) // 2
-        slope = self._turn(slot, middle) * self._steps_per_px
-        found = surface(row1, self._rows2, self._weights, begin, end - begin + 1, centre, self._half, slope)
-        trough = self._judged(slot, found, complete)
+        known = self._turn(slot, middle)
+        more = (0.0,) if self._slant == 0.0 else (-self._slant, 0.0, self._slant)
+        looks = [(*self._looked_at(slot, begin, end, centre, known + turn, complete), turn) for turn in more]
+        found, trough, turned = min(looks, key=lambda look: (look[1].reason is not Reason.ACCEPTED, look[1].value))
         if not complete and trough.reason is not Reason.ACCEPTED:
             return None
         step = begin + trough.step
         trough = trough._replace(mu=trough.mu + centre)
         if trough.reason is not Reason.ACCEPTED:
             return self._match(slot, trough, begin, found, t), math.nan
-        slope = self._turn(slot, int(step)) * self._steps_per_px
+        slope = (self._turn(slot, int(step)) + turned) * self._steps_per_px
         _, contrast = moments(row1[s.max_shift : s.max_shift + s.pixels], self._weights)
         best = Fine(*fine(row1, self._rows2, self._weights, step, trough.mu, slope, self._steps_per_px))
         if not best.ok or best.sd_mu > SD_MU_MOST:
@@ -180,6 +185,14 @@ class Strips:
             return self._match(slot, trough._replace(reason=Reason.UNLIKE), begin, found, t), math.nan
         trough = trough._replace(step=best.step - begin, mu=best.mu)
         return self._measured(slot, trough, begin, found, t)
+
+    def _looked_at(
+        self, slot: int, begin: int, end: int, centre: int, turn: float, complete: bool
+    ) -> tuple[Grey, Trough]:
+        """MAD surface of a strip if the camera has turned by so much (rad), and its trough."""
+        slope, steps = turn * self._steps_per_px, end - begin + 1
+        found = surface(self._rows1[slot], self._rows2, self._weights, begin, steps, centre, self._half, slope)
+        return found, self._judged(slot, found, complete)
 
     def _judged(self, slot: int, found: Grey, complete: bool) -> Trough:
         s = self._setup

@@ -24,6 +24,7 @@ from aerosim.signals import (
 )
 
 GRAVITY = 9.80665
+SLANT, SLANT_FROM = math.radians(4.0), math.radians(1.0)  # looked for from such a scatter of blocks on
 Aiding = Literal["none", "gyro", "bank", "imu"]
 
 
@@ -189,9 +190,12 @@ class Tracker:
         wide = 2.0 if self._guard.doubtful else 1.0
         along = wide * 4.0 * self._speed.spread(t1, t) * setup.spacing_px
         across = wide * 4.0 * self._track.spread(t1, t) * setup.spacing_px
+        # a gust that yaws the nose turns an unaided camera by about as much as its strips scatter
+        blind = self._par.aiding == "none" and self._track.noise > SLANT_FROM**2
         return Window(
             min(max(along + 1.0, 1.85), 0.35 * setup.spacing_px),
             min(max(math.ceil(across) + 3, setup.max_shift), 2 * setup.max_shift),
+            SLANT if blind else 0.0,
         )
 
     # strips
@@ -221,7 +225,8 @@ class Tracker:
         )
         if off > GATE:
             self._guard.strip(t, False)
-            self._try_start(t, track, speed)
+            if self._guard.doubtful or self._guard.state is State.HELD:
+                self._try_start(t, track, speed)
             return match._replace(reason=Reason.UNEXPECTED), UNUSED
         self._guard.strip(t, True)
         self._track.add(first[0], second[0], track)
