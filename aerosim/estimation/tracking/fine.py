@@ -11,7 +11,8 @@ from aerosim.signals import Grey
 
 ITERATIONS = 4
 DONE_PX = 0.002
-REACH = 3  # exposures to either side from which the change with time is taken
+REACH_PX = 0.5  # ground motion to either side from which the change with time is taken
+SLOW = 4.0  # exposures a pixel from which on row II is smoothed in time too
 UNKNOWNS = 5  # step, shift, rotation, gain, offset
 
 
@@ -45,6 +46,13 @@ def _spline(s: float) -> tuple[float, float, float, float]:  # pragma: no cover 
 
 
 @njit(inline="always")
+def _through(s: float) -> tuple[float, float, float, float]:  # pragma: no cover - compiled
+    """Weights of the cubic through the values (Catmull-Rom) at a part s of a step."""
+    r = 1.0 - s
+    return -0.5 * s * r * r, 1.0 + s * s * (1.5 * s - 2.5), 1.0 + r * r * (1.5 * r - 2.5), -0.5 * s * s * r
+
+
+@njit(inline="always")
 def _smooth(rows: Grey, row: int, i: int) -> float:  # pragma: no cover - compiled
     """A pixel with its neighbours in the row, as the spline weighs them at a whole place."""
     left, right = max(i - 1, 0), min(i + 1, rows.shape[1] - 1)
@@ -64,6 +72,7 @@ def fine(
     """
     u, extended, ring = rows2.shape[1], row1.shape[0], rows2.shape[0]
     margin, middle = (extended - u) // 2, (u - 1) / 2.0
+    reach, slow = int(REACH_PX * steps_per_px), steps_per_px >= SLOW
     normal, right = np.empty((5, 5)), np.empty(5)
     jac = np.empty(5)
     unknown = np.array([step, mu, slope, 1.0, 0.0])
@@ -89,10 +98,10 @@ def fine(
             )
             when = unknown[0] + unknown[2] * (i - middle)
             j = int(np.floor(when))
-            t0, t1, t2, t3 = _spline(when - j)
+            t0, t1, t2, t3 = _spline(when - j) if slow else _through(when - j)
             seen = t0 * _smooth(rows2, (j - 1) % ring, i) + t1 * _smooth(rows2, j % ring, i)
             seen += t2 * _smooth(rows2, (j + 1) % ring, i) + t3 * _smooth(rows2, (j + 2) % ring, i)
-            in_time = (rows2[(j + 1 + REACH) % ring, i] - rows2[(j - REACH) % ring, i]) / (2.0 * REACH + 1.0)
+            in_time = (rows2[(j + 1 + reach) % ring, i] - rows2[(j - reach) % ring, i]) / (2.0 * reach + 1.0)
             jac[0], jac[1], jac[2] = in_time, -unknown[3] * along_row, in_time * (i - middle)
             jac[3], jac[4] = -value, -1.0
             left = seen - unknown[3] * value - unknown[4]

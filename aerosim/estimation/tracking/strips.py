@@ -11,7 +11,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from aerosim.estimation.mad import Trough, judge
-from aerosim.estimation.tracking.fine import REACH, Fine, fine
+from aerosim.estimation.tracking.fine import REACH_PX, Fine, fine
 from aerosim.estimation.tracking.geometry import MOUNT, YAW, between, mismatch, passed
 from aerosim.estimation.tracking.window import FLAT_GREY, moments, surface
 from aerosim.frames import Array
@@ -65,6 +65,7 @@ class Strips:
         s = self._setup = setup
         self._first, self._last = max(1, int(s.search[0] * s.planned_n)), math.ceil(s.search[1] * s.planned_n)
         self._steps_per_px = s.planned_n / s.spacing_px
+        self._behind = int(REACH_PX * self._steps_per_px) + 3  # exposures that the fit wants behind a minimum
         ring = 1 << math.ceil(math.log2(self._last + 8 * s.every + 64))
         self._rows2 = np.zeros((ring, s.pixels), np.float32)
         self.ring = np.zeros((ring, 7))
@@ -129,7 +130,7 @@ class Strips:
         ready = waits & (((age == soon) & (self._id % SEEK_EVERY == 0)) | (age >= end))
         out = np.flatnonzero(ready).tolist()
         for slot in out:
-            self._begin[slot], self._end[slot] = self._number1[slot] + self._first, number - REACH - 1
+            self._begin[slot], self._end[slot] = self._number1[slot] + self._first, number - self._behind
             self._centre[slot] = 0.0
         self._half = 2 * self._setup.max_shift
         return [slot for slot in out if self._keep_or_drop(slot)]
@@ -147,7 +148,7 @@ class Strips:
         self._half, self._slant = window.half, window.slant
         count = _follow(
             self.ring, number, self._number1, track, speed, s.spacing_px, s.focal_px, s.level, window.along,
-            s.pixels, (REACH + 2) / self._steps_per_px, self._first, self._last,
+            s.pixels, self._behind / self._steps_per_px, self._first, self._last,
             self._begin, self._end, self._near, self._centre, self._miss, self._looked,
         )  # fmt: skip
         return np.flatnonzero(self._looked & (self._number1 >= 0)).tolist() if count else []

@@ -1,0 +1,196 @@
+"""The observer of mode `best` on a plane whose every point is known: signs, roll, turns, loss and return."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from aerosim.estimation.tracking.lag_filter import WalkModel
+from aerosim.estimation.tracking.strips import StripSetup
+from aerosim.estimation.tracking.tracker import Tracker, TrackerParameters
+from aerosim.signals import Aids, InertialReading, MountReading, Reason, RowExposure, StripMatch
+
+PIXELS, MARGIN, SPACING, FOCAL, PERIOD = 64, 7, 39.7, 132.6, 0.05
+HEIGHT, SPEED = 1200.0, 70.0
+VH = SPEED / HEIGHT
+DEG = math.radians(1.0)
+
+
+def texture() -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
+    """Grey values of the plane, waves of 8 to 60 pixels of the rows, any direction."""
+    rng = np.random.default_rng(4)
+    length = rng.uniform(8.0, 60.0, 40) * HEIGHT / FOCAL
+    course, phase = rng.uniform(0, 2 * np.pi, 40), rng.uniform(0, 2 * np.pi, 40)
+    kx, ky = 2 * np.pi / length * np.cos(course), 2 * np.pi / length * np.sin(course)
+
+    def grey(north: np.ndarray, east: np.ndarray) -> np.ndarray:
+        waves = np.cos(np.multiply.outer(north, kx) + np.multiply.outer(east, ky) + phase)
+        return np.asarray(110.0 + 6.0 * waves.sum(-1))
+
+    return grey
+
+
+@dataclass
+class Flight:
+    """Straight over the plane; attitude and mount as functions of time, rad."""
+
+    track: float = 0.0
+    heading: Callable[[float], float] = lambda t: 0.0
+    roll: Callable[[float], float] = lambda t: 0.0
+    pitch: Callable[[float], float] = lambda t: 0.0
+    mount: Callable[[float], float] = lambda t: 0.0
+    aiding: str = "none"
+    blind: Callable[[float], bool] = lambda t: False
+    gyro_start: float = 2.0
+    strips: list[StripMatch] = field(default_factory=list)
+
+    def fly(self, seconds: float) -> Tracker:
+        tracker = Tracker(parameters(self.aiding))
+        grey, rng = texture(), np.random.default_rng(2)
+        for k in range(round(seconds / PERIOD)):
+            t = k * PERIOD
+            if self.aiding != "none":
+                tracker.feel(Aids(self._reading(t)))
+            rows = [np.round(r + rng.normal(0, 1.5, r.shape)).astype(np.float32) for r in self._rows(grey, t)]
+            if self.blind(t):
+                rows = [np.full_like(r, 90.0) for r in rows]
+            exposure = RowExposure(k, t, rows[0], rows[1], 0.01, 0)
+            self.strips += [m for m, _ in tracker.see(exposure, MountReading(t, self.mount(t)))]
+        return tracker
+
+    def _reading(self, t: float) -> InertialReading:
+        roll, pitch = self.roll(t), self.pitch(t)
+        level = (roll, pitch) if self.aiding in ("bank", "imu") else (math.nan, math.nan)
+        nan = math.nan
+        if self.aiding != "imu":
+            force = (nan, nan, nan)
+        else:  # at rest but for gravity: the specific force of straight flight
+            mat = Rotation.from_euler("ZYX", [0.0, pitch, roll]).as_matrix()
+            force = tuple((mat.T @ [0.0, 0.0, -9.80665]).tolist())
+        return InertialReading(t, roll, pitch, self.heading(t) + self.gyro_start, *level, *force)
+
+    def _rows(self, grey: Callable[[np.ndarray, np.ndarray], np.ndarray], t: float) -> list[np.ndarray]:
+        """Grey values of row I and row II: rays turned by scipy, met with the plane."""
+        attitude = Rotation.from_euler("ZYX", [self.heading(t), self.pitch(t), self.roll(t)])
+        turned = attitude * Rotation.from_euler("Z", self.mount(t))
+        out = []
+        for x, count in ((SPACING / 2.0, PIXELS + 2 * MARGIN), (-SPACING / 2.0, PIXELS)):
+            y = np.arange(count) - (count - 1) / 2.0
+            rays = turned.apply(np.column_stack([np.full(count, x), y, np.full(count, FOCAL)]))
+            ground = HEIGHT * rays[:, :2] / rays[:, 2:]
+            way = SPEED * t
+            out.append(grey(ground[:, 0] + way * math.cos(self.track), ground[:, 1] + way * math.sin(self.track)))
+        return out
+
+
+def parameters(aiding: str) -> TrackerParameters:
+    n = SPACING / (FOCAL * PERIOD * VH)
+    return TrackerParameters(
+        StripSetup(PIXELS, MARGIN, SPACING, FOCAL, PERIOD, 0.0, n, (0.6, 1.6), 2),
+        planned_vh=VH * 1.05,  # 5 % beside the truth
+        planned_height=HEIGHT,
+        aiding=aiding,  # type: ignore[arg-type]
+        track=WalkModel(0.001 * DEG**2, 1e-5, 100.0),
+        vh=WalkModel(1e-6, 1e-5, 100.0),
+        block=0.5,
+        floor_track=(0.01 * DEG) ** 2,
+        floor_vh=3e-4**2,
+        noise_track=(0.3 * DEG) ** 2,
+        noise_vh=0.003**2,
+        scatter_track=(1.0 * DEG) ** 2,
+        scatter_vh=0.01**2,
+        gyro_drift=10.0 * DEG / 3600.0,
+        level_sigma=0.1 * DEG,
+        level_time=60.0,
+    )
+
+
+# With rows of 64 px and 1.5 grey levels of noise a strip has some 0.1 to 0.2 deg; half a minute of them far less.
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_track_to_the_right_is_a_positive_drift(side: float) -> None:
+    """Rows along the nose, no aid: drift = track - heading."""
+    now = Flight(track=0.3 + side * 5 * DEG, heading=lambda t: 0.3).fly(15.0).now()
+    assert now.valid
+    assert now.drift == pytest.approx(side * 5 * DEG, abs=0.1 * DEG)
+    assert now.vh == pytest.approx(VH, rel=0.004)
+
+
+def test_rows_on_a_turned_camera_tell_the_same_drift() -> None:
+    """The mount has turned by 4 of 6 deg: the rows see the rest, the encoder adds the 4."""
+    now = Flight(track=6 * DEG, mount=lambda t: 4 * DEG).fly(15.0).now()
+    assert now.drift == pytest.approx(6 * DEG, abs=0.1 * DEG)
+
+
+@pytest.mark.parametrize("aiding", ["gyro", "bank", "imu"])
+def test_roll_and_pitch_are_taken_out_with_a_gyro(aiding: str) -> None:
+    """1.5 deg of roll and 1 deg of pitch, a swing each 4 s: without a gyro read as 5 deg of drift."""
+
+    def swing(size: float, lag: float) -> Callable[[float], float]:
+        return lambda t: size * DEG * math.sin(2 * math.pi * (t - lag) / 4.0)
+
+    flight = Flight(track=2 * DEG, roll=swing(0.75, 0.0), pitch=swing(0.5, 1.0), aiding=aiding)
+    if aiding == "imu":
+        # straight flight with a swinging wing: no bank acts on the track
+        now = flight.fly(20.0).now()
+        assert now.drift == pytest.approx(2 * DEG, abs=0.12 * DEG)
+    accepted = [m for m in (flight.strips or _flown(flight)) if m.reason is Reason.ACCEPTED][10:]
+    angles = np.array([m.angle for m in accepted])
+    assert len(angles) > 50
+    assert np.degrees(angles).mean() == pytest.approx(2.0, abs=0.05)
+    assert np.degrees(angles).std() < 0.3
+
+
+def _flown(flight: Flight) -> list[StripMatch]:
+    flight.fly(20.0)
+    return flight.strips
+
+
+def test_without_a_gyro_roll_is_read_as_drift() -> None:
+    flight = Flight(track=2 * DEG, roll=lambda t: 0.75 * DEG * math.sin(2 * math.pi * t / 4.0))
+    flight.fly(20.0)
+    angles = np.degrees([m.angle for m in flight.strips if m.reason is Reason.ACCEPTED][10:])
+    assert angles.std() > 0.8
+
+
+def test_a_nose_that_yaws_moves_the_drift_at_once_with_a_gyro() -> None:
+    """Track estimate less gyro heading: what the nose does shows without the rows' delay."""
+    flight = Flight(track=1 * DEG, heading=lambda t: 0.0 if t < 19.9 else 2 * DEG, aiding="gyro")
+    now = flight.fly(20.0).now()
+    assert now.drift == pytest.approx(-1 * DEG, abs=0.1 * DEG)
+
+
+def test_over_water_the_estimate_is_held_and_comes_back() -> None:
+    """20 s without a pattern: flagged, uncertain more and more, right again within two strip times."""
+    span = SPACING / (FOCAL * VH)
+    flight = Flight(track=3 * DEG, blind=lambda t: 15.0 < t < 35.0)
+    held = flight.fly(34.9).now()
+    before = Flight(track=3 * DEG).fly(14.9).now()
+    assert held.valid
+    assert held.held
+    assert held.sigma_drift > 1.5 * before.sigma_drift
+    assert held.drift == pytest.approx(3 * DEG, abs=0.3 * DEG)
+    assert not [m for m in flight.strips if m.reason is Reason.ACCEPTED and m.t_decided > 15.0 + span + 1.0]
+    flight = Flight(track=3 * DEG, blind=lambda t: 15.0 < t < 35.0)
+    back = flight.fly(35.0 + 2.0 * span).now()
+    assert not back.held
+    assert back.drift == pytest.approx(3 * DEG, abs=0.15 * DEG)
+
+
+def test_nothing_is_claimed_before_strips_agree() -> None:
+    flight = Flight(track=3 * DEG, blind=lambda t: True)
+    now = flight.fly(15.0).now()
+    assert not now.valid
+    assert {m.reason for m in flight.strips} <= {Reason.DEGENERATE, Reason.BORDER_N, Reason.TIMEOUT}
+
+
+def test_another_line_begins_anew() -> None:
+    tracker = Flight(track=3 * DEG).fly(15.0)
+    assert tracker.now().valid
+    given_up = tracker.switch(15.0)
+    assert {m.reason for m, _ in given_up} == {Reason.TIMEOUT}
+    assert not tracker.now().valid
