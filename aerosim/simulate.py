@@ -64,6 +64,11 @@ def fly(m: Mission, log: Recorder, progress: Progress | None = None) -> Flown:
         status, reason = "failed", str(failure)
     except KeyboardInterrupt:
         status, reason = "interrupted", "interrupted by the user"
+    except SystemError as error:
+        # compiled code that returns while an interrupt is pending is told off for it
+        if not isinstance(error.__cause__ or error.__context__, KeyboardInterrupt):
+            raise
+        status, reason = "interrupted", "interrupted by the user"
     return Flown(status, reason, log.duration, time.perf_counter() - started, log.fdm_wall)
 
 

@@ -374,7 +374,7 @@ def test_a_stop_in_flight_leaves_a_readable_record(tmp_path: Path, sign: signal.
         assert " % of " in process.stderr.readline()  # a tenth is flown
         process.send_signal(sign)
         out, err = process.communicate(timeout=60)
-    assert process.returncode == 130
+    assert process.returncode == 130, err
     assert err.splitlines()[-1] == "interrupted"
     assert "Traceback" not in err
     kept = open_run(tmp_path / "cut")

@@ -293,3 +293,23 @@ def test_progress_is_told() -> None:
     assert times == sorted(times)
     assert len({planned for _, planned in told}) == 1
     assert told[0][1] == pytest.approx(record.summary["flight"]["duration_s"], rel=0.05)
+
+
+@pytest.mark.parametrize("by_user", [True, False])
+def test_an_interrupt_in_compiled_code_is_one_too(by_user: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Python raises SystemError from it when a compiled function returns with the interrupt pending."""
+    import importlib
+
+    loop = importlib.import_module("aerosim.simulate")
+
+    def stopped(*_: Any) -> None:
+        raise SystemError("returned a result with an exception set") from (
+            KeyboardInterrupt() if by_user else ValueError("of ours")
+        )
+
+    monkeypatch.setattr(loop, "_loop", stopped)
+    if by_user:
+        assert simulate(scenario(4.0)).status == "interrupted"
+    else:
+        with pytest.raises(SystemError):
+            simulate(scenario(4.0))

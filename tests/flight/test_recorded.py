@@ -49,8 +49,10 @@ def same(one: Record, other: Record) -> bool:
     [
         {"air": air(8.0, 20.0, slow=1.0, turbulence=1.0)},
         {"air": air(5.0, 300.0, slow=0.5, turbulence=0.5), "flight": {"pilot": "navigator"}},
-        {"air": {"thermal_field": {"spacing_m": 3000}}, "aircraft": {"model": "beech_99"},
-         "flight": {"airspeed_m_s": 80.0}},
+        pytest.param(
+            {"air": {"thermal_field": {"spacing_m": 3000}}, "aircraft": {"model": "beech_99"},
+             "flight": {"airspeed_m_s": 80.0}}, marks=pytest.mark.slow,
+        ),
     ],
     ids=["turbulence", "navigator", "thermals"],
 )  # fmt: skip
