@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from aerosim.estimation.mad import Trough, judge
 from aerosim.estimation.tracking.fine import REACH_PX, Fine, fine
 from aerosim.estimation.tracking.geometry import MOUNT, YAW, between, mismatch, passed
+from aerosim.estimation.tracking.health import Health
 from aerosim.estimation.tracking.window import FLAT_GREY, moments, surface
 from aerosim.frames import Array
 from aerosim.signals import Grey, Reason, RowExposure, StripMatch
@@ -80,6 +81,7 @@ class Strips:
         self._near = np.full(slots, np.inf)
         self._centre = np.zeros(slots)
         self._miss = np.zeros((slots, 2))
+        self._health = Health(s.pixels)
         self._weights = np.ones(s.pixels, np.float32)
         self._half, self._slant = s.max_shift, 0.0
         self._strips = self._wait = 0
@@ -113,6 +115,7 @@ class Strips:
         self._wait = s.every - 1
         if exposure.missing:
             return
+        self._weights = self._health(self._rows2[at])
         slot = int(np.argmin(self._number1))  # -1: empty
         if self._number1[slot] >= 0:
             return
