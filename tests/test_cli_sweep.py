@@ -150,7 +150,7 @@ def test_an_interrupt_leaves_a_directory_that_resumes(tmp_path: Path) -> None:
     assert {name: now[name] for name in there} == there
 
 
-@pytest.mark.parametrize("how", ["script", "stdin"])
+@pytest.mark.parametrize("how", ["script", pytest.param("stdin", marks=pytest.mark.slow)])
 def test_a_program_needs_no_main_guard(tmp_path: Path, how: str) -> None:
     """A plain script, and what a notebook is to a worker process: a program that has no file."""
     text = (

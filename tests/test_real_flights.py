@@ -78,7 +78,12 @@ def share_locked(record: Record) -> tuple[float, int]:
     return float(strips["accepted"][on_line].mean()), int(on_line.sum())
 
 
-@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+ONE_BY_DEFAULT = [
+    pytest.param(case, id=case.name, marks=[pytest.mark.slow] if k else []) for k, case in enumerate(CASES)
+]
+
+
+@pytest.mark.parametrize("case", ONE_BY_DEFAULT)
 def test_strips_lock_on_a_straight_part(case: Case, tmp_path: Path) -> None:
     replay = replay_of(case, whole=False)
     assert len(replay.lines) == 1

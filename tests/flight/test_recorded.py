@@ -57,7 +57,7 @@ def same(one: Record, other: Record) -> bool:
     ids=["turbulence", "navigator", "thermals"],
 )  # fmt: skip
 def test_one_flight_serves_every_camera(sections: dict[str, Any]) -> None:
-    base, kept = scenario(4.0, back=True, **sections), Memory()
+    base, kept = scenario(2.5, back=True, **sections), Memory()
     for changes in CAMERAS if "pilot" not in sections.get("flight", {}) else CAMERAS[:3]:
         wanted = with_overrides(base, changes)
         assert same(simulate(wanted, flights=kept), simulate(wanted))
