@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from aerosim.estimation.mad import Trough, judge
 from aerosim.estimation.tracking.fine import REACH_PX, Fine, fine
-from aerosim.estimation.tracking.geometry import MOUNT, YAW, between, mismatch, passed
+from aerosim.estimation.tracking.geometry import MOUNT, TIME, YAW, between, mismatch, passed
 from aerosim.estimation.tracking.health import Health
 from aerosim.estimation.tracking.window import FLAT_GREY, moments, surface
 from aerosim.frames import Array
@@ -33,7 +33,6 @@ class StripSetup:
 
     pixels, max_shift, spacing_px, focal_px: of the rows, px.  period: between exposures, s.  level: pitch of the
     mount against the airframe, rad.  planned_n: exposures; search: parts of it.  every: exposures between strips.
-    aided: the attitude is known.
     """
 
     pixels: int
@@ -56,6 +55,14 @@ class Window(NamedTuple):
     along: float
     half: int
     slant: float = 0.0
+
+
+class Found(NamedTuple):
+    """A strip that was looked for.  first, second: rows of the attitude ring at both exposures, None: refused."""
+
+    match: StripMatch
+    first: Array | None = None
+    second: Array | None = None
 
 
 class Strips:
@@ -135,7 +142,7 @@ class Strips:
         for slot in out:
             self._begin[slot], self._end[slot] = self._number1[slot] + self._first, number - self._behind
             self._centre[slot] = 0.0
-        self._half = 2 * self._setup.max_shift
+        self._half, self._slant = 2 * self._setup.max_shift, 0.0
         return [slot for slot in out if self._keep_or_drop(slot)]
 
     def _keep_or_drop(self, slot: int) -> bool:
@@ -156,8 +163,8 @@ class Strips:
         )  # fmt: skip
         return np.flatnonzero(self._looked & (self._number1 >= 0)).tolist() if count else []
 
-    def recognise(self, slot: int, exposure: RowExposure, final: bool) -> tuple[StripMatch, float] | None:
-        """Look for a strip in its window; its match and the logarithm of its v/h.
+    def recognise(self, slot: int, exposure: RowExposure, final: bool) -> Found | None:
+        """Look for a strip in its window.
 
         None: not found yet, its window is still open (`final` False and the last exposure not reached).
         """
@@ -165,7 +172,7 @@ class Strips:
         begin, end = int(self._begin[slot]), int(self._end[slot])
         complete = final or number - self._number1[slot] >= self._last
         if begin < 0 or end - begin < 2:
-            return self._lost(slot, t, Reason.BORDER_N), math.nan
+            return Found(self._lost(slot, t, Reason.BORDER_N))
         row1, centre = self._rows1[slot], round(self._centre[slot])
         most = row1.shape[0] - s.pixels  # half of the pixels still face each other
         centre = min(max(centre, -most), most)
@@ -175,18 +182,19 @@ class Strips:
         looks = [(*self._looked_at(slot, begin, end, centre, known + turn, complete), turn) for turn in more]
         found, trough, turned = min(looks, key=lambda look: (look[1].reason is not Reason.ACCEPTED, look[1].value))
         if not complete and trough.reason is not Reason.ACCEPTED:
+            self._begin[slot] = self._end[slot] = -1  # should the track be known by then, its window is another
             return None
         step = begin + trough.step
         trough = trough._replace(mu=trough.mu + centre)
         if trough.reason is not Reason.ACCEPTED:
-            return self._match(slot, trough, begin, found, t), math.nan
+            return Found(self._match(slot, trough, begin, found, t))
         slope = (self._turn(slot, int(step)) + turned) * self._steps_per_px
         _, contrast = moments(row1[s.max_shift : s.max_shift + s.pixels], self._weights)
         best = Fine(*fine(row1, self._rows2, self._weights, step, trough.mu, slope, self._steps_per_px))
         if not best.ok or best.sd_mu > SD_MU_MOST:
-            return self._match(slot, trough._replace(reason=Reason.WEAK), begin, found, t), math.nan
+            return Found(self._match(slot, trough._replace(reason=Reason.WEAK), begin, found, t))
         if best.rms > RMS_MOST * contrast:
-            return self._match(slot, trough._replace(reason=Reason.UNLIKE), begin, found, t), math.nan
+            return Found(self._match(slot, trough._replace(reason=Reason.UNLIKE), begin, found, t))
         trough = trough._replace(step=best.step - begin, mu=best.mu)
         return self._measured(slot, trough, begin, found, t)
 
@@ -209,23 +217,18 @@ class Strips:
         a, b = self.ring[self._number1[slot] % len(self.ring)], self.ring[number % len(self.ring)]
         return float(b[YAW] + b[MOUNT] - a[YAW] - a[MOUNT])
 
-    def _measured(self, slot: int, trough: Trough, begin: int, found: Grey, t: float) -> tuple[StripMatch, float]:
+    def _measured(self, slot: int, trough: Trough, begin: int, found: Grey, t: float) -> Found:
         s = self._setup
         first = self.ring[self._number1[slot] % len(self.ring)].copy()
         second = between(self.ring, begin + trough.step)
         north, east = passed(first, second, trough.mu, s.level, s.spacing_px, s.focal_px, s.pixels)
-        span = second[0] - first[0]
-        self._ends = first, second
+        span = second[TIME] - first[TIME]
         match = self._match(slot, trough, begin, found, t)
         track = math.atan2(east, north)
         vh = math.hypot(north, east) / span
         axis = (first[YAW] + first[MOUNT] + second[YAW] + second[MOUNT]) / 2.0
         angle = math.remainder(track - axis, 2.0 * math.pi)
-        return match._replace(track=track, angle=angle, vh=vh), math.log(vh)
-
-    def ends(self, match: StripMatch) -> tuple[Array, Array]:
-        """Attitude rows at both exposures of the strip measured last."""
-        return self._ends
+        return Found(match._replace(track=track, angle=angle, vh=vh), first, second)
 
     def _match(self, slot: int, trough: Trough, begin: int, found: Grey, t: float) -> StripMatch:
         number1 = int(self._number1[slot])
@@ -234,7 +237,7 @@ class Strips:
         first = self.ring[number1 % len(self.ring)]
         second = between(self.ring, number1 + n) if math.isfinite(n) else np.full(7, np.nan)
         return StripMatch(
-            int(self._id[slot]), number1, float(first[0]), float(second[0]), t, float(n), float(trough.mu),
+            int(self._id[slot]), number1, float(first[TIME]), float(second[TIME]), t, float(n), float(trough.mu),
             float(trough.value), float(first[MOUNT]), float(second[MOUNT]), trough.reason, begin - number1, found,
         )  # fmt: skip
 
@@ -277,7 +280,7 @@ def _follow(
             if abs(miss[s, 0]) < near[s]:
                 near[s], centre[s] = abs(miss[s, 0]), miss[s, 1]
         then = ring[number1[s] % ring.shape[0]]
-        turn = abs(now[3] + now[4] - then[3] - then[4])
+        turn = abs(now[YAW] + now[MOUNT] - then[YAW] - then[MOUNT])
         if miss[s, 0] < -(along + settle + turn * pixels / 2.0) or age > last + 32:
             over[s] = True
             count += 1

@@ -30,10 +30,6 @@ class Supervisor:
         self._last = -1e9
         self._found: deque[tuple[float, float, float]] = deque()
 
-    def reset(self) -> None:
-        """Another line."""
-        self.__init__()  # type: ignore[misc]
-
     def strip(self, t: float, accepted: bool) -> None:
         """A strip was decided at time t, s."""
         self._decided.append((t, accepted))

@@ -9,10 +9,12 @@ from typing import Literal
 from aerosim.estimation.motion import UNKNOWN, UNUSED
 from aerosim.estimation.observer import Decided
 from aerosim.estimation.tracking.channel import GATE, Channel
+from aerosim.estimation.tracking.geometry import PUSHED, TIME, TURNED
 from aerosim.estimation.tracking.lag_filter import WalkModel
 from aerosim.estimation.tracking.levelling import Levelled
 from aerosim.estimation.tracking.strips import Strips, StripSetup, Window
 from aerosim.estimation.tracking.supervisor import State, Supervisor
+from aerosim.frames import GRAVITY
 from aerosim.signals import (
     Aids,
     MotionEstimate,
@@ -23,7 +25,6 @@ from aerosim.signals import (
     StripUse,
 )
 
-GRAVITY = 9.80665
 SLANT, SLANT_FROM = math.radians(4.0), math.radians(1.0)  # looked for from such a scatter of blocks on
 Aiding = Literal["none", "gyro", "bank", "imu"]
 
@@ -73,14 +74,13 @@ class Tracker:
         blind = par.aiding == "none"
         self._track = Channel(par.track, step, reach, par.floor_track, par.noise_track, ends=blind)
         self._speed = Channel(par.vh, step, reach, par.floor_vh, par.noise_vh)
-        self._guard = Supervisor()
         self._roll = Levelled(par.gyro_drift, par.level_sigma, par.level_time)
         self._pitch = Levelled(par.gyro_drift, par.level_sigma, par.level_time)
         self._angles = (0.0, 0.0, 0.0)  # roll, pitch, yaw in the gyro's frame
         self._void()
 
     def _void(self) -> None:
-        self._guard.reset()
+        self._guard = Supervisor()
         self._turn = self._push = 0.0  # what accelerations say since the line began: rad, log
         self._turned = self._pushed = 0.0  # their integrals
         self._t = math.nan
@@ -204,24 +204,23 @@ class Tracker:
         found = self._strips.recognise(slot, exposure, final=state is not State.SEEKING)
         if found is None:
             return None  # looked for again when its window is complete
-        match, log_vh = found
+        match, first, second = found
         t = exposure.t
-        if match.reason is not Reason.ACCEPTED:
+        if first is None or second is None:
             self._look_beyond(match, yaw)
             self._guard.strip(t, False)
             return match, UNUSED
         self._beyond = 0
-        first, second = self._strips.ends(match)
-        span = second[0] - first[0]
-        track = match.track - (second[5] - first[5]) / span
-        speed = log_vh - (second[6] - first[6]) / span
+        t1, t2 = float(first[TIME]), float(second[TIME])
+        track = match.track - float(second[TURNED] - first[TURNED]) / (t2 - t1)
+        speed = math.log(match.vh) - float(second[PUSHED] - first[PUSHED]) / (t2 - t1)
         if state is State.SEEKING:
             self._try_start(t, track, speed)
             return match, UNUSED
         track += 2.0 * math.pi * round((self._track.filter.now(t)[0] - track) / (2.0 * math.pi))
         off = max(
-            abs(self._track.surprise(first[0], second[0], track)),
-            abs(self._speed.surprise(first[0], second[0], speed)),
+            abs(self._track.surprise(t1, t2, track)),
+            abs(self._speed.surprise(t1, t2, speed)),
         )
         if off > GATE:
             self._guard.strip(t, False)
@@ -229,8 +228,8 @@ class Tracker:
                 self._try_start(t, track, speed)
             return match._replace(reason=Reason.UNEXPECTED), UNUSED
         self._guard.strip(t, True)
-        self._track.add(first[0], second[0], track)
-        self._speed.add(first[0], second[0], speed)
+        self._track.add(t1, t2, track)
+        self._speed.add(t1, t2, speed)
         return match, self._use(t)
 
     def _use(self, t: float) -> StripUse:

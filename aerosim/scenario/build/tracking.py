@@ -7,10 +7,10 @@ from math import radians
 from aerosim.estimation.tracking.lag_filter import WalkModel
 from aerosim.estimation.tracking.strips import StripSetup
 from aerosim.estimation.tracking.tracker import TrackerParameters
+from aerosim.frames import GRAVITY
 from aerosim.scenario.build.devices import planned_n
 from aerosim.scenario.scenario import Scenario
 
-GRAVITY = 9.80665
 DEGREE = radians(1.0)
 # Strips are taken together over so long: without a gyro their errors last as long as a roll does.
 BLOCK_S = {"none": 4.0, "gyro": 0.5, "bank": 0.5, "imu": 0.5}
