@@ -194,3 +194,21 @@ def test_another_line_begins_anew() -> None:
     given_up = tracker.switch(15.0)
     assert {m.reason for m, _ in given_up} == {Reason.TIMEOUT}
     assert not tracker.now().valid
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_camera_that_turns_between_the_rows_finds_its_strips_aslant(side: float) -> None:
+    """The mount turns by 0.6 deg/s, 8 deg from row I to row II: 11 exposures at the row's end."""
+    flight = Flight(mount=lambda t: side * (t - 10.0) * 0.6 * DEG)
+    now = flight.fly(16.0).now()
+    assert now.drift == pytest.approx(0.0, abs=0.25 * DEG)
+    # those that were followed, from the moment on at which the track was known
+    decided = [m.reason for m in flight.strips if m.t_decided > 10.0]
+    assert len(decided) > 40
+    assert np.mean([reason is Reason.ACCEPTED for reason in decided]) > 0.9
+
+
+def test_a_nose_that_points_up_is_a_positive_pitch() -> None:
+    now = Flight(track=1 * DEG, pitch=lambda t: 2 * DEG, aiding="gyro").fly(12.0).now()
+    assert now.pitch == pytest.approx(2 * DEG, abs=1e-9)
+    assert Flight(track=1 * DEG, pitch=lambda t: 2 * DEG).fly(12.0).now().pitch == 0.0
