@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 # Mean radius of the Earth for the drop of the ground below the tangent plane; 0.3 % off costs 2 mm at 3 km.
 EARTH_RADIUS = 6_371_000.0
+WINDOW = 3072  # cells along a side of a window
 
 
 class Window(NamedTuple):
@@ -64,7 +65,7 @@ class WindowedRaster:
         *,
         weights: dict[int, float] | None = None,
         convert: Callable[[Window], Values] | None = None,
-        size: int = 3072,
+        size: int = WINDOW,
     ) -> None:
         """crs: working grid, projected, m.  resolution_m: wanted cell, averaged to it, never finer than the file.
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosim.frames import Array
-from aerosim.raster import Window, WindowedRaster, sample
+from aerosim.raster import Window, sample
 from aerosim.report.chart import extent
 from aerosim.report.source import Source, middle
 
@@ -46,13 +46,8 @@ class Scene:
         if (high <= low).any():
             return None
         # a window of its own: the terrain's would read far around, for a flight that goes on
-        heights = WindowedRaster(
-            land.elevation_file,
-            land.grid.crs,
-            self.size / (2.0 * MESH_CELLS),
-            convert=lambda window: land.vertical.to_ellipsoid(window, land.grid),
-            size=3 * MESH_CELLS,  # cells are whole ones of the file, down to half of what is wanted
-        )
+        # cells are whole ones of the file, down to half of what is wanted
+        heights = land.elevation(self.size / (2.0 * MESH_CELLS), size=3 * MESH_CELLS)
         return heights.covering(*map(float, (*low, *high)))
 
     @cached_property

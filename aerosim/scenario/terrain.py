@@ -86,6 +86,12 @@ class Terrain(Section):
         default="file",
         description="what the elevations are above: as the file says, or stated here; never guessed",
     )
+    relief_factor: float = Field(
+        default=1.0,
+        ge=0,
+        le=10,
+        description="heights above the elevation file's mean are multiplied by it; 0: flat land at that mean",
+    )
     outside: Literal["fail", "mask"] = Field(
         default="fail", description="leaving the raster on a line: fail ends the run, mask goes on without data"
     )

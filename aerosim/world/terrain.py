@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from difflib import get_close_matches
+from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -13,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from aerosim import assets
 from aerosim.errors import InputError
 from aerosim.frames import Array, MapGrid
-from aerosim.raster import Window, WindowedRaster, sample
+from aerosim.raster import WINDOW, Window, WindowedRaster, sample
 from aerosim.rasterfile import RasterFile
 from aerosim.world import datum
 
@@ -36,9 +37,19 @@ class GroundHeights(NamedTuple):
 class Terrain:
     """Orthophoto and elevation, read in windows.  grid: the working map grid g of everything below."""
 
-    def __init__(self, orthophoto: RasterFile, elevation: RasterFile, vertical: datum.VerticalDatum) -> None:
-        """Raises InputError when the two do not overlap."""
+    def __init__(
+        self,
+        orthophoto: RasterFile,
+        elevation: RasterFile,
+        vertical: datum.VerticalDatum,
+        relief_factor: float = 1.0,
+    ) -> None:
+        """relief_factor: heights above their mean are multiplied by it; 0: flat land at the mean.
+
+        Raises InputError when the two do not overlap.
+        """
         self.orthophoto_file, self.elevation_file, self.vertical = orthophoto, elevation, vertical
+        self.relief_factor = relief_factor
         self.grid = working_grid(orthophoto)
         self._corridors: WindowedRaster | None = None
         self._levels = _white_level(orthophoto, self.grid.crs)
@@ -53,8 +64,10 @@ class Terrain:
         self.bounds = (float(low[0]), float(low[1]), float(high[0]), float(high[1]))
 
     @classmethod
-    def open(cls, orthophoto: Path, elevation: Path, vertical_datum: str | float) -> Terrain:
-        """Terrain of two files.  vertical_datum: as `datum.resolve`.
+    def open(
+        cls, orthophoto: Path, elevation: Path, vertical_datum: str | float, relief_factor: float = 1.0
+    ) -> Terrain:
+        """Terrain of two files.  vertical_datum: as `datum.resolve`; relief_factor: as of the class.
 
         Raises InputError: a bad raster, no way to ellipsoidal heights, files that do not overlap.
         """
@@ -65,15 +78,32 @@ class Terrain:
                 key="terrain.source",
                 allowed="orthophoto first, elevation second: are the two swapped?",
             )
-        return cls(RasterFile(orthophoto), heights, datum.resolve(vertical_datum, heights))
+        return cls(RasterFile(orthophoto), heights, datum.resolve(vertical_datum, heights), relief_factor)
 
-    def elevation(self, resolution_m: float = 0.0) -> WindowedRaster:
-        """Ellipsoidal heights, m; 0: as fine as the file."""
+    def elevation(self, resolution_m: float = 0.0, size: int = WINDOW) -> WindowedRaster:
+        """Ellipsoidal heights, m; 0: as fine as the file.  size: cells along a side of its window."""
+        return WindowedRaster(self.elevation_file, self.grid.crs, resolution_m, convert=self._heights, size=size)
 
-        def convert(window: Window) -> NDArray[np.float32]:
-            return self.vertical.to_ellipsoid(window, self.grid)
+    def _heights(self, window: Window) -> NDArray[np.float32]:
+        """Ellipsoidal heights of a window of the file's, the relief made higher or lower."""
+        heights = self.vertical.to_ellipsoid(window, self.grid)
+        if self.relief_factor == 1.0:
+            return heights
+        mean = np.float32(self._mean)
+        return np.asarray(mean + np.float32(self.relief_factor) * (heights - mean), np.float32)
 
-        return WindowedRaster(self.elevation_file, self.grid.crs, resolution_m, convert=convert)
+    @cached_property
+    def _mean(self) -> float:
+        """Mean height of the whole elevation file above the ellipsoid, m.  Raises InputError if it is empty."""
+        outline = self.elevation_file.outline(self.grid.crs)
+        (e_min, n_min), (e_max, n_max) = outline.min(axis=0), outline.max(axis=0)
+        native = self.elevation_file.native_resolution(self.grid.crs)
+        resolution = max(native, max(e_max - e_min, n_max - n_min) / 1000.0)
+        cells = self.elevation_file.read(self.grid.crs, (e_min, n_min, e_max, n_max), resolution, {1: 1.0})
+        heights = self.vertical.to_ellipsoid(Window(*cells), self.grid)
+        if not np.isfinite(heights).any():
+            raise InputError(f"elevation {self.elevation_file.path} is empty", key="terrain.source")
+        return float(np.nanmean(heights, dtype=np.float64))
 
     def orthophoto(self, resolution_m: float = 0.0) -> WindowedRaster:
         """Grey values from 0 to 255: luma of ITU-R BT.601; other types than uint8 scaled to that range."""

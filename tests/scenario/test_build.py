@@ -9,12 +9,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+import rasterio
 from flights import KM_PER_DEG, NORTH, WEST, scenario
 
 from aerosim import run
 from aerosim.errors import InputError, RunFailure
 from aerosim.flight.navigator import Navigator
 from aerosim.scenario.build import build, mean_wind, route_of, terrain_of
+from aerosim.scenario.build.content import content_flown
+from aerosim.scenario.build.route import ground_under
 from aerosim.truth import AirState
 
 
@@ -35,6 +38,19 @@ def test_wind_profile_is_taken_at_the_planned_height() -> None:
     ]
     (found,) = air_states(1, wind={"profile": levels})
     assert found[:3] == pytest.approx((0.0, 6.0 * (1.0 - 2.0 / 3.0), 0.0), abs=1e-9)
+
+
+def test_flat_land_lies_at_the_mean_and_has_a_flight_of_its_own() -> None:
+    """Height above ground is another, so the flight is: runs over both lands must not share it."""
+    rough, flat = scenario(4.0), scenario(4.0, terrain={"relief_factor": 0})
+    routes = [route_of(each, terrain_of(each)) for each in (rough, flat)]
+    line = routes[1].plan.lines[0]
+    under = ground_under(flat, terrain_of(flat), line)
+    assert under.low == under.high == pytest.approx(routes[1].ground, abs=1e-9)
+    with rasterio.open(terrain_of(flat).elevation_file.path) as file:
+        assert under.low == pytest.approx(file.read(1).mean(), abs=0.2)
+    assert routes[1].plan.height == pytest.approx(routes[1].ground + 3000.0, abs=1e-9)
+    assert content_flown(rough, routes[0]) != content_flown(flat, routes[1])
 
 
 def test_shear_holds_above_the_ground_under_the_lines() -> None:

@@ -77,6 +77,7 @@ def test_of_several_faults_the_lowest_line_is_told(refused: Refused, good: str) 
         ("flight.height_m=-3", "--set flight.height_m: -3 is out of range (allowed: more than 0, at most 20000)"),
         ("flight.lines.0.start_deg.0=99", "--set flight.lines.0.start_deg.0: 99 is out of range (allowed: at least -90, at most 90)"),
         ("flight.lines.1.start_deg=[1, 2]", "--set flight.lines.1.start_deg: the list has no element '1' (allowed: 0 to 0)"),
+        ("terrain.relief_factor=-0.5", "--set terrain.relief_factor: -0.5 is out of range (allowed: at least 0, at most 10)"),
         ("flight.lines=[]", "--set flight.lines: has 0 values (allowed: at least 1)"),
         ("expect.crab.rms.max=3", "--set expect.crab.rms: is no number of summary.json (did you mean crab.residual_rms_deg?)"),
         ("seed=*x", "--set seed: anchors and aliases are not read (write the value out)"),

@@ -68,6 +68,34 @@ def test_undulation_given_is_added(files, tmp_path):
     )
 
 
+@pytest.mark.parametrize("factor", [0.0, 0.5, 2.0])
+def test_relief_is_scaled_about_the_mean_of_the_elevation_file(files, factor):
+    # the plane's mean is its height in the middle of the elevation file, 2500 m east and 2000 m south
+    mean = plane(EAST + 2500.0, NORTH - 2000.0)
+    land = Terrain.open(*files, "file", factor)
+    e, n = EAST + np.array([20.0, 2100.0, 4900.0]), NORTH - np.array([3900.0, 700.0, 30.0])
+    wanted = mean + factor * (plane(e, n) - mean)
+    found = land.elevation(50.0).covering(e.min(), n.min(), e.max(), n.max())
+    assert sample(found, e, n) == pytest.approx(wanted, abs=0.01)
+    assert land.heights(e, n) == pytest.approx(wanted, abs=0.01)
+    under = land.mean_height(e[[0, 2]], n[[0, 2]], 10.0)
+    assert under.high - under.low == pytest.approx(factor * abs(plane(e[2], n[2]) - plane(e[0], n[0])), rel=0.02)
+
+
+def test_flat_land_is_flat_to_the_bit_and_keeps_its_holes(files, tmp_path):
+    with rasterio.open(files[1]) as file:
+        heights = file.read()
+    heights[0, 100:110, 100:110] = -9999.0
+    holed = write(tmp_path / "holed.tif", heights, 25.0, EAST - 500, NORTH + 500, nodata=-9999.0)
+    flat = Terrain.open(files[0], holed, "file", 0.0).elevation().covering(EAST, NORTH - 3990, EAST + 4990, NORTH)
+    known = flat.values[np.isfinite(flat.values)]
+    assert np.unique(known).size == 1
+    assert np.isnan(flat.values).sum() >= 100
+    with pytest.raises(InputError, match=r"elevation .* is empty"):
+        empty = write(tmp_path / "empty.tif", np.full_like(heights, -9999.0), 25.0, EAST, NORTH, nodata=-9999.0)
+        Terrain.open(files[0], empty, "file", 0.0).elevation().covering(EAST, NORTH - 90, EAST + 90, NORTH)
+
+
 def test_heights_at_points_of_a_path(terrain):
     # Straight down the slope, and one point beyond the raster.
     e, n = EAST + np.array([0.0, 700.0, 4000.0, 9000.0]), NORTH - np.array([0.0, 700.0, 3500.0, 0.0])

@@ -24,7 +24,8 @@ def terrain_of(scenario: Scenario) -> Terrain:
             files = Path(source.orthophoto), Path(source.elevation)
         else:
             files = find_terrain(source)
-        return Terrain.open(*files, vertical.undulation_m if isinstance(vertical, Undulation) else vertical)
+        above = vertical.undulation_m if isinstance(vertical, Undulation) else vertical
+        return Terrain.open(*files, above, scenario.terrain.relief_factor)
 
 
 def clouds_of(scenario: Scenario, local: LocalMap) -> CloudShadows | None:
