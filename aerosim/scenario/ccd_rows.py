@@ -83,9 +83,13 @@ class CcdRows(Section):
             )
         if self.faults and (beyond := [px for px in self.faults.dead_px if px >= self.pixels_px]):
             raise wrong(f"row II has no pixel {beyond[0]}", f"0 to {self.pixels_px - 1}", "faults.dead_px")
-        furthest = hypot(self.pixels_px / 2 + self.max_shift_px, self.spacing_px / 2) / self.focal_px
-        least = -4.0 / (27.0 * furthest**2)
-        if self.distortion < least:
+        if self.distortion < self.least_distortion:
             problem = f"{self.distortion:g} folds the picture at the rows' ends"
-            raise wrong(problem, f"at least {least:.3g}", "distortion")
+            raise wrong(problem, f"at least {self.least_distortion:.3g}", "distortion")
         return self
+
+    @property
+    def least_distortion(self) -> float:
+        """k1 at which the picture begins to fold at the rows' ends."""
+        furthest = hypot(self.pixels_px / 2 + self.max_shift_px, self.spacing_px / 2) / self.focal_px
+        return -4.0 / (27.0 * furthest**2)

@@ -137,9 +137,15 @@ def _best(scenario: Scenario) -> list[Problem]:
     """What mode best does in one way only."""
     est, rows = scenario.estimation, scenario.ccd_rows
     if scenario.control.mode != "best":
-        return []
+        if est.distortion is None:
+            return []
+        problem = f"{est.distortion:g} is for control.mode best, which here is {scenario.control.mode}"
+        return [("estimation.distortion", problem, "null")]
     beside = "with control.mode: best"
     out: list[Problem] = []
+    if est.distortion is not None and est.distortion < rows.least_distortion:
+        problem = f"{est.distortion:g} folds the picture at the rows' ends"
+        out.append(("estimation.distortion", problem, f"at least {rows.least_distortion:.3g}"))
     if rows.mounted_on != "camera":
         out.append(("ccd_rows.mounted_on", f"{rows.mounted_on} does not go {beside}", "camera"))
     if rows.extension != "imaged":

@@ -62,6 +62,13 @@ class Estimation(Section):
         default="none", description="what the estimator is given besides the rows"
     )
 
+    distortion: float | None = Field(
+        default=None,
+        ge=-1,
+        le=1,
+        description="k1 of the rows' optics as calibrated, for mode best; null: ccd_rows.distortion itself",
+    )
+
     @model_validator(mode="after")
     def _table_alone(self) -> Estimation:
         """What the table has is not given twice; the defaults, as a resolved scenario has them, may stand."""

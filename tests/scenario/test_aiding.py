@@ -123,11 +123,18 @@ def test_what_does_not_fit_is_refused(write: Write, good: str, settings: list[st
         ("mount.faults.encoder_bias_deg=200", "--set mount.faults.encoder_bias_deg: 200 is out of range (allowed: at least -180, at most 180)"),
         # 4/27 over the square of the outermost pixel's radius: (55^2 + 19.85^2)/132.6^2 = 0.1945
         ("ccd_rows.distortion=-0.9", "--set ccd_rows.distortion: -0.9 folds the picture at the rows' ends (at least -0.762)"),
+        ("estimation.distortion=0.1", "--set estimation.distortion: 0.1 is for control.mode best, which here is pipelined (null)"),
+        ("estimation.distortion=2", "--set estimation.distortion: 2 is out of range (allowed: at least -1, at most 1)"),
         ("ccd_rows.gain_difference_pct=-100", "--set ccd_rows.gain_difference_pct: -100 is out of range (allowed: more than -100, at most 1000)"),
     ],
 )  # fmt: skip
 def test_faults_that_cannot_be(write: Write, good: str, setting: str, line: str) -> None:
     assert refused_with(write(good), setting) == line
+
+
+def test_a_belief_that_folds_the_picture(write: Write, good: str) -> None:
+    line = "--set estimation.distortion: -0.9 folds the picture at the rows' ends (at least -0.762)"
+    assert refused_with(write(good), "control.mode=best", "estimation.distortion=-0.9") == line
 
 
 def test_sound_devices_by_default(write: Write, good: str) -> None:

@@ -6,20 +6,23 @@ import math
 from functools import partial
 from typing import Any
 
+import numpy as np
 import pytest
 from flights import scenario
 
 from aerosim.estimation.observer import RowObserver, ToldObserver
+from aerosim.estimation.tracking.rays import Rays
 from aerosim.rng import generator
 from aerosim.scenario.build.aiding import aids_of, compass_of, inertial_of, sight_of, telling_of
 from aerosim.scenario.build.devices import rows_of
 from aerosim.scenario.build.instruments import mount_device, rows_device
 from aerosim.scenario.build.observing import observer_of
+from aerosim.scenario.build.tracking import believed_rays
 from aerosim.scenario.estimation import Estimation
 from aerosim.scenario.navigation import Navigation
 from aerosim.scenario.scenario import Scenario
 from aerosim.sensing.aids import AidingDevices, NoAids
-from aerosim.sensing.ccd_rows import CcdRows
+from aerosim.sensing.ccd_rows import CcdRows, pixel_rays
 from aerosim.sensing.faults import FaultyMount, FaultyRows, MountFaults, RowFaults
 from aerosim.sensing.fix import FixParameters, SatelliteCompass
 from aerosim.sensing.inertial import InertialParameters
@@ -136,3 +139,16 @@ def test_faults() -> None:
 def test_errors_of_the_rows() -> None:
     made = rows_of(scenario(ccd_rows={"gain_difference_pct": 5.0, "distortion": -0.1}))
     assert (made.gain_difference, made.distortion) == (0.05, -0.1)
+
+
+def test_rays_are_those_of_the_device_unless_they_are_believed_otherwise() -> None:
+    def believed(**estimation: float) -> Rays:
+        return believed_rays(
+            scenario(control={"mode": "best"}, ccd_rows={"distortion": -0.1}, estimation=estimation)
+        )
+
+    device = pixel_rays(rows_of(scenario(ccd_rows={"distortion": -0.1})))
+    assert all(np.array_equal(a, b) for a, b in zip(believed(), device, strict=True))
+    ideal = Rays.straight(96, 7, 39.7)
+    assert all(np.allclose(a, b, atol=1e-12) for a, b in zip(believed(distortion=0.0), ideal, strict=True))
+    assert believed(distortion=0.1).apart < ideal.apart < believed().apart

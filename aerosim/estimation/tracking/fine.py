@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from aerosim.frames import Array
 from aerosim.signals import Grey
 
 ITERATIONS = 4
@@ -61,14 +62,15 @@ def _smooth(rows: Grey, row: int, i: int) -> float:  # pragma: no cover - compil
 
 @njit(cache=True)
 def fine(
-    row1: Grey, rows2: Grey, weights: Grey, step: float, mu: float, slope: float, steps_per_px: float
+    row1: Grey, rows2: Grey, weights: Grey, step: float, mu: float, slope: float, bow: Array, steps_per_px: float
 ) -> tuple[float, float, float, float, float, float, float, bool]:  # pragma: no cover - compiled
     """Least squares of row II against row I around a minimum; the fields of `Fine`.
 
-    B(i, step + slope (i - c)) = gain A(i + mu) + offset for all pixels i of row II, c its middle.
+    B(i, step + slope (i - c) + bow(i)) = gain A(i + mu) + offset for all pixels i of row II, c its middle.
     row1: (u + 2 j,), element j + i faces element i of row II at mu = 0.  rows2: ring of exposures of row II,
     (ring, u), a step being its index, taken modulo the ring.  weights: (u,), 0 leaves a pixel of row II out.
-    step, mu, slope: where to start.  steps_per_px: exposures in which the ground moves by a pixel.
+    step, mu, slope: where to start.  bow: (u,) exposures, see `surface`.  steps_per_px: exposures in which the ground
+    moves by a pixel.
     """
     u, extended, ring = rows2.shape[1], row1.shape[0], rows2.shape[0]
     margin, middle = (extended - u) // 2, (u - 1) / 2.0
@@ -96,7 +98,7 @@ def fine(
             along_row = (
                 0.5 * (s * s * a3 - r * r * a0) + (1.5 * s * s - 2.0 * s) * a1 - (1.5 * r * r - 2.0 * r) * a2
             )
-            when = unknown[0] + unknown[2] * (i - middle)
+            when = unknown[0] + unknown[2] * (i - middle) + bow[i]
             j = int(np.floor(when))
             t0, t1, t2, t3 = _spline(when - j) if slow else _through(when - j)
             seen = t0 * _smooth(rows2, (j - 1) % ring, i) + t1 * _smooth(rows2, j % ring, i)

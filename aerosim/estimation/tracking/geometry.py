@@ -6,9 +6,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from aerosim.estimation.tracking.rays import SHARE, SPREAD
 from aerosim.frames import Array
 
-SPREAD = 9  # pixels of a row that its mean is taken from
 # columns of the attitude ring
 TIME, ROLL, PITCH, YAW, MOUNT, TURNED, PUSHED = range(7)
 
@@ -45,21 +45,36 @@ def ground(mat: Array, x: float, y: float, focal: float) -> tuple[float, float]:
 
 
 @njit(cache=True)
+def looks(rays: Array, place: float) -> tuple[float, float]:  # pragma: no cover - compiled
+    """Ray of a place in a row, from its first pixel: between two pixels, or carried on beyond the ends."""
+    k = min(max(int(np.floor(place)), 0), rays.shape[1] - 2)
+    part = place - k
+    return (
+        rays[0, k] + part * (rays[0, k + 1] - rays[0, k]),
+        rays[1, k] + part * (rays[1, k + 1] - rays[1, k]),
+    )
+
+
+@njit(cache=True)
 def passed(
-    at1: Array, at2: Array, mu: float, level: float, spacing: float, focal: float, pixels: int
+    at1: Array, at2: Array, mu: float, level: float, rays1: Array, rays2: Array, focal: float
 ) -> tuple[float, float]:  # pragma: no cover - compiled
     """Way of the camera over height between two exposures that saw the same ground shifted by mu, (2,).
 
-    at1, at2: rows of the attitude ring.  Row I looked ahead by half the spacing at at1, row II back at at2; the
-    mean over SPREAD pixels of the row, so that a rotation between the two drops out.
+    at1, at2: rows of the attitude ring.  rays1, rays2: see `Rays`.  Row I looked ahead at at1, row II back at at2;
+    the mean over SPREAD pixels of the row, so that a rotation between the two drops out.
     """
     mat1 = attitude(at1[ROLL], at1[PITCH], at1[YAW], level, at1[MOUNT])
     mat2 = attitude(at2[ROLL], at2[PITCH], at2[YAW], level, at2[MOUNT])
     north, east = 0.0, 0.0
+    pixels = rays2.shape[1]
+    margin, middle = (rays1.shape[1] - pixels) // 2, (pixels - 1) / 2.0
     for k in range(SPREAD):
-        y = pixels * (k / (SPREAD - 1.0) - 0.5) * 0.9
-        a, b = ground(mat1, 0.5 * spacing, y + mu, focal)
-        c, d = ground(mat2, -0.5 * spacing, y, focal)
+        i = middle + pixels * SHARE * (k / (SPREAD - 1.0) - 0.5)
+        x1, y1 = looks(rays1, margin + i + mu)
+        x2, y2 = looks(rays2, i)
+        a, b = ground(mat1, x1, y1, focal)
+        c, d = ground(mat2, x2, y2, focal)
         north += (a - c) / SPREAD
         east += (b - d) / SPREAD
     return north, east

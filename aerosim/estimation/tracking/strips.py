@@ -14,6 +14,7 @@ from aerosim.estimation.mad import Trough, judge
 from aerosim.estimation.tracking.fine import REACH_PX, Fine, fine
 from aerosim.estimation.tracking.geometry import MOUNT, TIME, YAW, between, mismatch, passed
 from aerosim.estimation.tracking.health import Health
+from aerosim.estimation.tracking.rays import Rays
 from aerosim.estimation.tracking.window import FLAT_GREY, moments, surface
 from aerosim.frames import Array
 from aerosim.signals import Grey, Reason, RowExposure, StripMatch
@@ -33,6 +34,7 @@ class StripSetup:
 
     pixels, max_shift, spacing_px, focal_px: of the rows, px.  period: between exposures, s.  level: pitch of the
     mount against the airframe, rad.  planned_n: exposures; search: parts of it.  every: exposures between strips.
+    rays: of the rows, as they are believed.
     """
 
     pixels: int
@@ -44,6 +46,7 @@ class StripSetup:
     planned_n: float
     search: tuple[float, float]
     every: int
+    rays: Rays
 
 
 class Window(NamedTuple):
@@ -73,8 +76,11 @@ class Strips:
         s = self._setup = setup
         self._first, self._last = max(1, int(s.search[0] * s.planned_n)), math.ceil(s.search[1] * s.planned_n)
         self._steps_per_px = s.planned_n / s.spacing_px
-        self._behind = int(REACH_PX * self._steps_per_px) + 3  # exposures that the fit wants behind a minimum
-        ring = 1 << math.ceil(math.log2(self._last + 8 * s.every + 64))
+        self._apart = s.rays.apart
+        self._bow = s.rays.bow * self._steps_per_px
+        bent = math.ceil(np.abs(self._bow).max())
+        self._behind = int(REACH_PX * self._steps_per_px) + 3 + bent  # exposures that the fit wants behind it
+        ring = 1 << math.ceil(math.log2(self._last + 8 * s.every + 64 + 2 * bent))
         self._rows2 = np.zeros((ring, s.pixels), np.float32)
         self.ring = np.zeros((ring, 7))
         slots = self._last // s.every + 4
@@ -157,7 +163,7 @@ class Strips:
         s = self._setup
         self._half, self._slant = window.half, window.slant
         count = _follow(
-            self.ring, number, self._number1, track, speed, s.spacing_px, s.focal_px, s.level, window.along,
+            self.ring, number, self._number1, track, speed, self._apart, s.focal_px, s.level, window.along,
             s.pixels, self._behind / self._steps_per_px, self._first, self._last,
             self._begin, self._end, self._near, self._centre, self._miss, self._looked,
         )  # fmt: skip
@@ -190,7 +196,7 @@ class Strips:
             return Found(self._match(slot, trough, begin, found, t))
         slope = (self._turn(slot, int(step)) + turned) * self._steps_per_px
         _, contrast = moments(row1[s.max_shift : s.max_shift + s.pixels], self._weights)
-        best = Fine(*fine(row1, self._rows2, self._weights, step, trough.mu, slope, self._steps_per_px))
+        best = Fine(*fine(row1, self._rows2, self._weights, step, trough.mu, slope, self._bow, self._steps_per_px))
         if not best.ok or best.sd_mu > SD_MU_MOST:
             return Found(self._match(slot, trough._replace(reason=Reason.WEAK), begin, found, t))
         if best.rms > RMS_MOST * contrast:
@@ -203,7 +209,9 @@ class Strips:
     ) -> tuple[Grey, Trough]:
         """MAD surface of a strip if the camera has turned by so much (rad), and its trough."""
         slope, steps = turn * self._steps_per_px, end - begin + 1
-        found = surface(self._rows1[slot], self._rows2, self._weights, begin, steps, centre, self._half, slope)
+        found = surface(
+            self._rows1[slot], self._rows2, self._weights, begin, steps, centre, self._half, slope, self._bow
+        )
         return found, self._judged(slot, found, complete)
 
     def _judged(self, slot: int, found: Grey, complete: bool) -> Trough:
@@ -221,7 +229,7 @@ class Strips:
         s = self._setup
         first = self.ring[self._number1[slot] % len(self.ring)].copy()
         second = between(self.ring, begin + trough.step)
-        north, east = passed(first, second, trough.mu, s.level, s.spacing_px, s.focal_px, s.pixels)
+        north, east = passed(first, second, trough.mu, s.level, *s.rays, s.focal_px)
         span = second[TIME] - first[TIME]
         match = self._match(slot, trough, begin, found, t)
         track = math.atan2(east, north)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from aerosim.frames import Array
 from aerosim.signals import Grey
 
 FLAT_GREY = 0.3  # standard deviation of a row that shows nothing
@@ -27,7 +28,15 @@ def moments(row: Grey, weights: Grey) -> tuple[np.float32, np.float32]:  # pragm
 
 @njit(cache=True, fastmath=True)
 def surface(
-    row1: Grey, rows2: Grey, weights: Grey, first: int, steps: int, centre: int, half: int, slope: float
+    row1: Grey,
+    rows2: Grey,
+    weights: Grey,
+    first: int,
+    steps: int,
+    centre: int,
+    half: int,
+    slope: float,
+    bow: Array,
 ) -> Grey:  # pragma: no cover - compiled
     """Mean absolute differences, (steps, 2 half + 1), of a strip of row I and exposures of row II.
 
@@ -36,6 +45,7 @@ def surface(
     weights: (u,), 0 leaves a pixel of row II out.  first: exposure of the first row of the surface.  centre,
     half: shifts centre - half ... centre + half, px; beyond +-j fewer pixels face each other, below LEAST_SHARE
     the value is infinite.  slope: exposures by which each pixel of row II is read later than its left neighbour.
+    bow: (u,) exposures by which it is read later besides, for the optics' distortion.
     """
     u, ring = rows2.shape[1], rows2.shape[0]
     margin, middle = (row1.shape[0] - u) // 2, (u - 1) / 2.0
@@ -45,7 +55,7 @@ def surface(
     mean1, spread1 = moments(row1[margin : margin + u], weights)
     row1 = row1 - mean1
     for i in range(u):
-        late[i] = int(np.round(slope * (i - middle)))
+        late[i] = int(np.round(slope * (i - middle) + bow[i]))
     for s in range(steps):
         for i in range(u):
             row2[i] = rows2[(first + s + late[i]) % ring, i]

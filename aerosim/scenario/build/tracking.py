@@ -5,11 +5,13 @@ from __future__ import annotations
 from math import radians
 
 from aerosim.estimation.tracking.lag_filter import WalkModel
+from aerosim.estimation.tracking.rays import Rays
 from aerosim.estimation.tracking.strips import StripSetup
 from aerosim.estimation.tracking.tracker import TrackerParameters
 from aerosim.frames import GRAVITY
-from aerosim.scenario.build.devices import planned_n
+from aerosim.scenario.build.devices import planned_n, rows_of
 from aerosim.scenario.scenario import Scenario
+from aerosim.sensing.ccd_rows import pixel_rays
 
 DEGREE = radians(1.0)
 # Strips are taken together over so long: without a gyro their errors last as long as a roll does.
@@ -20,6 +22,13 @@ SCATTER_VH = {"none": 3.0, "gyro": 1.0, "bank": 1.0, "imu": 1.0}
 FLOOR_TRACK, FLOOR_VH = 0.01, 0.03  # deg and %: a block is not believed to be better
 LEVEL_DEG, LEVEL_S, GYRO_DEG_PER_H = 0.1, 60.0, 10.0  # a small unit's data sheet
 SLOPE_S = 1000.0  # the level error that is left once the gyro has smoothed it changes so slowly
+
+
+def believed_rays(scenario: Scenario) -> Rays:
+    """Rays of the rows' pixels with the distortion that the calibration says, which may not be the device's."""
+    known = scenario.estimation.distortion
+    rows = rows_of(scenario)
+    return Rays(*pixel_rays(rows if known is None else rows._replace(distortion=known)))
 
 
 def tracker_of(scenario: Scenario, vh: float, height: float, level: float) -> TrackerParameters:
@@ -42,6 +51,7 @@ def tracker_of(scenario: Scenario, vh: float, height: float, level: float) -> Tr
             planned_n=planned_n(scenario, vh),
             search=est.search_n,
             every=round((est.strip_period_s or rows.period_s) / rows.period_s),
+            rays=believed_rays(scenario),
         ),
         planned_vh=vh,
         planned_height=height,

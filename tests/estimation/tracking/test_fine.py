@@ -50,9 +50,10 @@ def flown(
 def find(row1: np.ndarray, rows2: np.ndarray, mask: np.ndarray | None = None, slope: float = 0.0) -> Fine:
     """MAD minimum, then least squares."""
     weights = np.ones(PIXELS, np.float32) if mask is None else mask.astype(np.float32)
-    found = surface(row1, rows2, weights, 8, 48, 0, MARGIN, slope)
+    bow = np.zeros(PIXELS)
+    found = surface(row1, rows2, weights, 8, 48, 0, MARGIN, slope, bow)
     step, k = np.unravel_index(np.argmin(found), found.shape)
-    return Fine(*fine(row1, rows2, weights, 8.0 + step, float(k - MARGIN), slope, STEPS_PER_PX))
+    return Fine(*fine(row1, rows2, weights, 8.0 + step, float(k - MARGIN), slope, bow, STEPS_PER_PX))
 
 
 def test_a_known_shift_is_recovered_to_a_twentieth_of_a_pixel() -> None:
@@ -123,5 +124,5 @@ def test_noise_alone_is_not_taken_for_ground() -> None:
     row1 = rng.normal(0.0, 1.5, PIXELS + 2 * MARGIN).astype(np.float32)
     rows2 = rng.normal(0.0, 1.5, (64, PIXELS)).astype(np.float32)
     weights = np.ones(PIXELS, np.float32)
-    best = Fine(*fine(row1, rows2, weights, 30.0, 0.0, 0.0, STEPS_PER_PX))
+    best = Fine(*fine(row1, rows2, weights, 30.0, 0.0, 0.0, np.zeros(PIXELS), STEPS_PER_PX))
     assert not best.ok or best.sd_mu > 0.12
