@@ -19,11 +19,11 @@ PAGE = Path(__file__).parents[2] / "docs" / "scenario.md"
 # keys without a dimension, texts, switches and sections; all others carry a unit
 BARE = """
 schema name purpose verifies seed terrain source orthophoto elevation vertical_datum relief_factor outside
-cloud_shadows air wind profile shear exponent slow_wind turbulence model severity exceedance spectrum gusts thermals thermal_field
-thermals_drift aircraft flight replay height_above pilot navigator lines area photos_beyond order file mount level
-ccd_rows mounted_on extension distortion faults blind_row bits estimation arithmetic table mean_subtracted subpixel
-search_n gain crab vh gamma aiding control mode fmc frame_camera write navigation gnss ins imu smooth p d record
-rrd report expect min max
+cloud_shadows air wind profile shear exponent slow_wind turbulence model severity exceedance spectrum gusts
+thermals thermal_field thermals_drift aircraft flight replay height_above pilot navigator lines area
+photos_beyond order file mount level ccd_rows mounted_on extension distortion faults blind_row bits estimation
+arithmetic table mean_subtracted subpixel search_n gain crab vh gamma aiding control mode fmc frame_camera write
+navigation gnss ins imu smooth p d record rrd report expect min max
 """
 
 
