@@ -69,8 +69,8 @@ def fine(
     B(i, step + slope (i - c) + bow(i)) = gain A(i + mu) + offset for all pixels i of row II, c its middle.
     row1: (u + 2 j,), element j + i faces element i of row II at mu = 0.  rows2: ring of exposures of row II,
     (ring, u), a step being its index, taken modulo the ring.  weights: (u,), 0 leaves a pixel of row II out.
-    step, mu, slope: where to start.  bow: (u,) exposures, see `surface`.  steps_per_px: exposures in which the ground
-    moves by a pixel.
+    step, mu, slope: where to start.  bow: (u,) exposures, see `surface`.  steps_per_px: exposures in which the
+    ground moves by a pixel.
     """
     u, extended, ring = rows2.shape[1], row1.shape[0], rows2.shape[0]
     margin, middle = (extended - u) // 2, (u - 1) / 2.0
