@@ -1,11 +1,11 @@
-"""`terrain info` and `terrain make`: what a terrain is, and land for a flight that has none."""
+"""`terrain info`, `make` and `mirror`: what a terrain is, and land for a flight that has none, or too little."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -14,6 +14,7 @@ from aerosim.errors import InputError
 
 if TYPE_CHECKING:
     from aerosim.world.features import Feature
+    from aerosim.world.terrain import Terrain
 
 DATUM_OPTION = "--vertical-datum"
 # keys of the scenario in the errors of the terrain, as they are called here
@@ -46,7 +47,16 @@ def datum_of(text: str) -> str | float:
         raise InputError(f"{text!r} is no vertical datum", key=DATUM_OPTION, allowed=allowed) from None
 
 
-def _info(source: str, elevation: Path | None, datum: str | float) -> dict[str, Any]:
+def _opened(source: str, elevation: Path | None, datum: str) -> Terrain:
+    """The terrain of the arguments, its errors with the names that keys have here.  Raises InputError."""
+    try:
+        return _open(source, elevation, datum_of(datum))
+    except InputError as error:
+        allowed = error.allowed.replace("{orthophoto:, elevation:}", "ORTHOPHOTO ELEVATION")
+        raise replace(error, key=OPTION_OF.get(error.key, error.key), allowed=allowed) from error
+
+
+def _open(source: str, elevation: Path | None, datum: str | float) -> Terrain:
     from aerosim.world.terrain import Terrain, find_terrain
 
     if elevation is None and Path(source).suffix and not Path(source).exists():
@@ -56,7 +66,7 @@ def _info(source: str, elevation: Path | None, datum: str | float) -> dict[str, 
             "an orthophoto needs its elevation beside it", where=source, allowed="ORTHOPHOTO ELEVATION"
         )
     files = find_terrain(source) if elevation is None else (Path(source), elevation)
-    return Terrain.open(*files, vertical_datum=datum).info()
+    return Terrain.open(*files, vertical_datum=datum)
 
 
 @app.callback()
@@ -78,11 +88,7 @@ def info(
     debug: Debug = False,
 ) -> int:
     """Print extent, resolution, reference system, vertical datum and heights of a terrain."""
-    try:
-        found = _info(source, elevation, datum_of(vertical_datum))
-    except InputError as error:
-        allowed = error.allowed.replace("{orthophoto:, elevation:}", "ORTHOPHOTO ELEVATION")
-        raise replace(error, key=OPTION_OF.get(error.key, error.key), allowed=allowed) from error
+    found = _opened(source, elevation, vertical_datum).info()
     (print_json if as_json else print_table)(found)
     return 0
 
@@ -187,6 +193,37 @@ def make(
     say(f"land with pixels of {pixel:g} m, for a flight {above:.0f} m above it")
     with progress_of("land", "tiles") as progress:
         files = make_terrain(found.ways, margin_m, ground, out, progress)
+    for file in files:
+        print(file)
+    return 0
+
+
+@app.command()
+def mirror(
+    source: Annotated[str, typer.Argument(metavar="NAME|ORTHOPHOTO", help="A shipped terrain, or an orthophoto.")],
+    elevation: Annotated[
+        Path | None, typer.Argument(metavar="[ELEVATION]", help="The elevation model of it.")
+    ] = None,
+    *,
+    out: Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="New folder for the two files.")],
+    length_m: Annotated[float, typer.Option("--length_m", help="Of the strip.")],
+    along: Annotated[
+        str, typer.Option("--along", metavar="north|east", help="Where it goes from the land's edge.")
+    ] = "north",
+    vertical_datum: Datum = "file",
+    quiet: Quiet = False,
+    verbose: Verbose = 0,
+    debug: Debug = False,
+) -> int:
+    """Make a long strip out of short land: repeated, every second time mirrored, so that it has no seams.
+
+    The last lines printed are the files: orthophoto, elevation.
+    """
+    from aerosim.world.mirror import mirror_terrain
+
+    terrain = _opened(source, elevation, vertical_datum)
+    with progress_of("land", "tiles") as progress:
+        files = mirror_terrain(terrain, length_m, out, along, progress)
     for file in files:
         print(file)
     return 0

@@ -91,9 +91,10 @@ def test_flat_land_is_flat_to_the_bit_and_keeps_its_holes(files, tmp_path):
     known = flat.values[np.isfinite(flat.values)]
     assert np.unique(known).size == 1
     assert np.isnan(flat.values).sum() >= 100
+    empty = write(tmp_path / "empty.tif", np.full_like(heights, -9999.0), 25.0, EAST, NORTH, nodata=-9999.0)
+    raster = Terrain.open(files[0], empty, "file", 0.0).elevation()
     with pytest.raises(InputError, match=r"elevation .* is empty"):
-        empty = write(tmp_path / "empty.tif", np.full_like(heights, -9999.0), 25.0, EAST, NORTH, nodata=-9999.0)
-        Terrain.open(files[0], empty, "file", 0.0).elevation().covering(EAST, NORTH - 90, EAST + 90, NORTH)
+        raster.covering(EAST, NORTH - 90, EAST + 90, NORTH)
 
 
 def test_heights_at_points_of_a_path(terrain):
