@@ -23,6 +23,7 @@ GEOMETRY = {
     "projection",
     "raster",
     "rasterfile",
+    "datum",
     "tangent",
     "polygon",
 }

@@ -11,12 +11,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from aerosim import assets
+from aerosim import assets, datum
 from aerosim.errors import InputError
 from aerosim.frames import Array, MapGrid
 from aerosim.raster import WINDOW, Window, WindowedRaster, sample
 from aerosim.rasterfile import RasterFile
-from aerosim.world import datum
 
 if TYPE_CHECKING:
     from pyproj import CRS

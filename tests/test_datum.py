@@ -8,14 +8,14 @@ import pytest
 import rasterio
 from affine import Affine
 
+from aerosim import datum
 from aerosim.errors import InputError
 from aerosim.frames import MapGrid
 from aerosim.raster import Window
 from aerosim.rasterfile import RasterFile
-from aerosim.world import datum
 from aerosim.world.terrain import Terrain
 
-DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
+DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
 needs_data = pytest.mark.skipif(not DATA.is_dir(), reason="the folder of real data is absent")
 REAL = (DATA / "real_terrain/orthophoto_5m.tif", DATA / "real_terrain/elevation_24m_egm2008.tif")
 
