@@ -98,7 +98,8 @@ class Recorder:
     def signals(self) -> tuple[Columns, Columns]:
         """Columns of rows.parquet (one row per exposure) and mad.parquet (one per strip), empty if not kept.
 
-        mad_grey: the strip's surface, row by row, its first row at first_n, shifts from -(shifts - 1)/2.
+        mad_grey: the strip's surface, row by row, its first row at first_n, its first column at first_mu_px;
+        infinite where it was not formed.
         """
         if not self.keeps_signals:
             return {}, {}
@@ -114,6 +115,7 @@ class Recorder:
             "strip": np.array([m.strip for m, _ in self.strips], np.int64),
             "first_n": np.array([m.first_n for m, _ in self.strips], np.int64),
             "steps": np.array([len(m.surface) for m, _ in self.strips], np.int64),
+            "first_mu_px": np.array([m.centre - m.surface.shape[1] // 2 for m, _ in self.strips], np.int64),
             "shifts": np.array([m.surface.shape[1] for m, _ in self.strips], np.int64),
             "mad_grey": surfaces,
         }

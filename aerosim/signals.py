@@ -80,6 +80,7 @@ class Reason(StrEnum):
     WEAK = "weak"
     UNLIKE = "unlike"
     UNEXPECTED = "unexpected"
+    SKIPPED = "skipped"
 
 
 class StripMatch(NamedTuple):
@@ -88,7 +89,8 @@ class StripMatch(NamedTuple):
     number1: exposure at which row I was kept.  t_row1, t_row2, t_decided: s; t_row2 is where the minimum lies.
     n: exposures between the two (fraction if sub-step).  mu: shift, px; mu > 0: track to the right of the
     row's axis.  mad_min: grey levels a pixel.  yaw1, yaw2: mount readings at the two exposures, rad.
-    surface: (steps, 2 j + 1) MAD, grey levels, its first row at n = first_n.  A strip given up has NaN.
+    surface: (steps, shifts) MAD, grey levels, its first row at n = first_n, its middle column at the shift centre
+    (px); infinite where it was not formed.  A strip given up has NaN.
     angle (rad, track against the rows' axis), vh (1/s), track (rad, in the gyro's frame): its reading with roll
     and pitch taken out; NaN where mu and n say all there is.
     """
@@ -109,6 +111,7 @@ class StripMatch(NamedTuple):
     angle: float = float("nan")
     vh: float = float("nan")
     track: float = float("nan")
+    centre: int = 0
 
 
 class StripUse(NamedTuple):

@@ -22,7 +22,7 @@ STYLE: dict[Any, Any] = {
     "axes.spines.top": False, "axes.spines.right": False, "legend.frameon": False, "lines.linewidth": 1.2,
     "path.simplify": True, "path.simplify_threshold": 0.3,
 }  # fmt: skip
-REASONS = ("accepted", "border_mu", "border_n", "degenerate", "ambiguous", "outside_terrain", "timeout")
+REASONS = ("accepted", "border_mu", "border_n", "degenerate", "ambiguous", "outside_terrain", "timeout", "skipped")
 NO_META: dict[str, None] = dict.fromkeys(("Date", "Creator", "Format", "Type"))
 
 

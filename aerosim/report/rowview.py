@@ -22,6 +22,7 @@ CHUNK = 2000  # exposures in one picture: what the smallest graphics cards take 
 GAP_PX = 12
 SCROLL_PERIOD = 0.1
 MU_PX = 9.0  # height of one shift in the picture of a MAD surface
+NOT_LOOKED_AT = 60  # grey level of shifts and exposures outside of a strip's window
 N_STEP = 2  # exposures that a pixel of the MAD picture stands for: every second one is drawn
 # Viridis in seven steps
 COLOURS = np.array(
@@ -144,7 +145,7 @@ def rows_view(source: Source, height: float) -> rrb.Spatial2DView:
 def log_surfaces(rec: rr.RecordingStream, source: Source) -> tuple[float, float, int]:
     """MAD over n (across) and mu (up) of each accepted strip, at the time of its decision.
 
-    Returns the range of n and the number of shifts; shifts 0 if there is no surface.
+    Returns the range of n and the number of shifts of all together; shifts 0 if there is no surface.
     """
     table, strips = _table(source.path / "mad.parquet"), source.matches
     if table is None or table.num_rows == 0 or not source.count(strips):
@@ -157,39 +158,53 @@ def log_surfaces(rec: rr.RecordingStream, source: Source) -> tuple[float, float,
         return 0.0, 0.0, 0
     first, steps = table["first_n"].to_numpy()[kept], table["steps"].to_numpy()[kept]
     low, high = int(first.min()), int((first + steps).max())
-    shifts = int(table["shifts"][kept[0]].as_py())
+    shifts, right = table["shifts"].to_numpy()[kept], table["first_mu_px"].to_numpy()[kept]
+    least, most = int(right.min()), int((right + shifts).max()) - 1
     order = np.array([row_of[int(numbers[k])] for k in kept])
     surfaces = [
-        table["mad_grey"][k].values.to_numpy(zero_copy_only=False).reshape(-1, shifts)[::N_STEP] for k in kept
+        table["mad_grey"][k].values.to_numpy(zero_copy_only=False).reshape(-1, count)[::N_STEP]
+        for k, count in zip(kept, shifts, strict=True)
     ]
-    top = float(np.percentile(np.concatenate([s[::4].ravel() for s in surfaces]), 90.0))
-    width = (high - low) // N_STEP + 1
-    pictures = [_picture(s, (int(f) - low) // N_STEP, width, top) for s, f in zip(surfaces, first, strict=True)]
-    form = rr.components.ImageFormat(width=width, height=shifts, color_model="RGB", channel_datatype="U8")
+    formed = np.concatenate([s[::4].ravel() for s in surfaces])
+    top = float(np.percentile(formed[np.isfinite(formed)], 90.0))
+    size = (most - least + 1, (high - low) // N_STEP + 1)
+    corners = zip((most - (right + shifts - 1)).tolist(), ((first - low) // N_STEP).tolist(), strict=True)
+    pictures = [_picture(s, corner, size, top) for s, corner in zip(surfaces, corners, strict=True)]
+    form = rr.components.ImageFormat(width=size[1], height=size[0], color_model="RGB", channel_datatype="U8")
     index = [rr.TimeColumn(TIMELINE, duration=np.asarray(strips["t_decided_s"][order], float))]
     rec.send_columns("mad/surface", index, rr.Image.columns(buffer=pictures, format=[form] * len(pictures)))
     fixed(
         rec, "mad/surface", rr.Transform3D(translation=[low - N_STEP / 2.0, 0.0, 0.0], scale=[N_STEP, MU_PX, 1.0])
     )
-    _log_minima(rec, source, order, shifts, index)
-    _log_mad_scale(rec, low, high, shifts)
-    return float(low), float(high), shifts
+    _log_minima(rec, source, order, most, index)
+    _log_mad_scale(rec, low, high, least, most)
+    return float(low), float(high), size[0]
 
 
-def _picture(surface: NDArray[Any], offset: int, width: int, top: float) -> NDArray[np.uint8]:
-    """One surface in colours, dark at its minimum, bright from top (grey levels); not looked at is grey."""
-    out = np.full((surface.shape[1], width, 3), 60, np.uint8)
+def _picture(
+    surface: NDArray[Any], corner: tuple[int, int], size: tuple[int, int], top: float
+) -> NDArray[np.uint8]:
+    """One surface in colours, dark at its minimum, bright from top (grey levels); not looked at is grey.
+
+    surface: (steps, shifts).  corner: row and column of its upper left corner, its largest shift and first step;
+    size: of the picture, rows and columns.
+    """
+    out = np.full((*size, 3), NOT_LOOKED_AT, np.uint8)
     least = float(surface.min())
     x = np.clip((surface - least) / max(top - least, 1.0), 0.0, 1.0) * (len(COLOURS) - 1)
     colour = np.stack([np.interp(x, np.arange(len(COLOURS)), COLOURS[:, k]) for k in range(3)], axis=-1)
+    colour[~np.isfinite(surface)] = NOT_LOOKED_AT
     # mu > 0 (track to the right) upwards
-    out[:, offset : offset + len(surface)] = np.flip(colour.transpose(1, 0, 2), axis=0).astype(np.uint8)
+    (row, column), (steps, shifts) = corner, surface.shape
+    upright = np.flip(colour.transpose(1, 0, 2), axis=0).astype(np.uint8)
+    out[row : row + shifts, column : column + steps] = upright
     return out.ravel()
 
 
-def _log_minima(rec: rr.RecordingStream, source: Source, order: NDArray[Any], shifts: int, index: Any) -> None:
+def _log_minima(rec: rr.RecordingStream, source: Source, order: NDArray[Any], most: int, index: Any) -> None:
+    """Where the minimum lies.  most: shift in the picture's first row, px."""
     n, mu, least = (np.asarray(source.matches[k][order], float) for k in ("n", "mu_px", "mad_min_grey"))
-    at = np.column_stack([n, (shifts / 2.0 - mu) * MU_PX])
+    at = np.column_stack([n, (most + 0.5 - mu) * MU_PX])
     labels = [f"n {a:.1f}, mu {b:+.2f} px, MAD {c:.1f}" for a, b, c in zip(n, mu, least, strict=True)]
     rec.send_columns("mad/minimum", index, rr.Points2D.columns(positions=at, labels=labels))
     style = rr.Points2D.from_fields(
@@ -198,15 +213,14 @@ def _log_minima(rec: rr.RecordingStream, source: Source, order: NDArray[Any], sh
     fixed(rec, "mad/minimum", style)
 
 
-def _log_mad_scale(rec: rr.RecordingStream, low: int, high: int, shifts: int) -> None:
-    """Numbers along n, and of mu at the left."""
+def _log_mad_scale(rec: rr.RecordingStream, low: int, high: int, least: int, most: int) -> None:
+    """Numbers along n, and of mu at the left: its ends and, if it lies between them, 0."""
     step = 50 if high - low > 150 else 20
     n = np.arange(-(-low // step) * step, high + 1, step)
-    half = shifts // 2
-    mu = np.array([-half, 0, half])
+    mu = np.unique([least, most, min(max(0, least), most)])
     at = np.concatenate([
-        np.column_stack([n, np.full(len(n), shifts * MU_PX + 1.0)]),
-        np.column_stack([np.full(3, low - 14.0), (shifts / 2.0 - mu) * MU_PX - 6.0]),
+        np.column_stack([n, np.full(len(n), (most - least + 1) * MU_PX + 1.0)]),
+        np.column_stack([np.full(len(mu), low - 14.0), (most + 0.5 - mu) * MU_PX - 6.0]),
     ])  # fmt: skip
     _log_labels(rec, "mad/scale", at, [f"n {k}" for k in n] + [f"mu {k:+d}" if k else "mu 0" for k in mu])
 

@@ -96,7 +96,14 @@ def strips_of(tel: dict[str, np.ndarray]) -> tuple[dict[str, list], dict[str, li
     rng = np.random.default_rng(2)
     reasons = ("border_mu", "ambiguous", "degenerate")
     out: dict[str, list] = {}
-    mad: dict[str, list] = {"strip": [], "first_n": [], "steps": [], "shifts": [], "mad_grey": []}
+    mad: dict[str, list] = {
+        "strip": [],
+        "first_n": [],
+        "steps": [],
+        "first_mu_px": [],
+        "shifts": [],
+        "mad_grey": [],
+    }
     t_end = {line: tel["t_s"][tel["line"] == line].max() for line in (0, 1)}
     for k in range(0, len(tel["t_s"]), 20):
         line = int(tel["line"][k])
@@ -123,11 +130,11 @@ def strips_of(tel: dict[str, np.ndarray]) -> tuple[dict[str, list], dict[str, li
         for name, value in row.items():
             out.setdefault(name, []).append(value)
         if not bad:
-            steps, shifts = 120, 15
+            steps, shifts, right = 120, 15 + 2 * (strip % 3), -9 + strip % 5  # windows of all sizes and places
             down, across = np.mgrid[:steps, :shifts]
-            cone = np.hypot((down - (n - 150)) / 8.0, across - 7 - row["mu_px"])
+            cone = np.hypot((down - (n - 150)) / 8.0, across + right - row["mu_px"])
             for name, value in zip(
-                mad, (strip, 150, steps, shifts, (4 + 25 * cone / (1 + cone)).ravel()), strict=True
+                mad, (strip, 150, steps, right, shifts, (4 + 25 * cone / (1 + cone)).ravel()), strict=True
             ):
                 mad[name].append(value)
     return out, mad

@@ -18,6 +18,7 @@ from rerun.chunk import RrdReader
 
 from aerosim.errors import InputError
 from aerosim.report.page import write_report
+from aerosim.report.rowview import COLOURS, N_STEP, NOT_LOOKED_AT
 from aerosim.report.scene import Scene, aircraft_mesh, camera_attitude, land_mesh, quaternions, upright
 from aerosim.report.source import open_source
 from aerosim.report.view import write_rrd
@@ -83,6 +84,24 @@ def test_holds_everything_on_one_timeline(rrd: Path, run_dir: Path) -> None:
     reader = RrdReader(str(rrd))
     assert [entry.recording_id for entry in reader.recordings()] == ["made_up-1"]
     assert len(list(reader.blueprints())) == 1  # the layout is in the file
+
+
+def test_surfaces_of_any_window_lie_where_their_minimum_is(rrd: Path, run_dir: Path) -> None:
+    """The darkest pixel of each picture is at the n and mu of its strip; windows are of all sizes and places."""
+    mad = pq.read_table(run_dir / "mad.parquet").to_pandas()
+    low, high = mad["first_n"].min(), (mad["first_n"] + mad["steps"]).max()
+    top = (mad["first_mu_px"] + mad["shifts"]).max() - 1
+    width, height = (high - low) // N_STEP + 1, top - mad["first_mu_px"].min() + 1
+    assert mad["shifts"].nunique() > 1
+    strips = pq.read_table(run_dir / "matches.parquet").to_pandas()
+    strips = strips[strips["accepted"]].sort_values("t_decided_s")
+    batch = moving(chunks(rrd)["/mad/surface"]).to_record_batch()
+    for (_, strip), buffer in zip(strips.iterrows(), batch.column("Image:buffer").to_pylist(), strict=True):
+        picture = np.array(buffer[0], np.uint8).reshape(height, width, 3)
+        row, column = np.unravel_index((picture != COLOURS[0].astype(np.uint8)).sum(-1).argmin(), (height, width))
+        assert top - row == pytest.approx(strip["mu_px"], abs=0.51)
+        assert low + N_STEP * column == pytest.approx(strip["n"], abs=N_STEP)
+        assert (picture == NOT_LOOKED_AT).all(-1).any()
 
 
 def test_curves_are_the_telemetry(rrd: Path, run_dir: Path) -> None:

@@ -149,14 +149,7 @@ class Strips:
             self._begin[slot], self._end[slot] = self._number1[slot] + self._first, number - self._behind
             self._centre[slot] = 0.0
         self._half, self._slant = 2 * self._setup.max_shift, 0.0
-        return [slot for slot in out if self._keep_or_drop(slot)]
-
-    def _keep_or_drop(self, slot: int) -> bool:
-        """Of strips that were not looked at, only some are worth a long search."""
-        if self._id[slot] % SEEK_EVERY == 0:
-            return True
-        self._number1[slot] = -1
-        return False
+        return out
 
     def closed(self, number: int, track: float, speed: float, window: Window) -> list[int]:
         """Strips whose window is over.  track, speed: see `mismatch`."""
@@ -177,11 +170,9 @@ class Strips:
         number, t, s = exposure.number, exposure.t, self._setup
         begin, end = int(self._begin[slot]), int(self._end[slot])
         complete = final or number - self._number1[slot] >= self._last
-        if begin < 0 or end - begin < 2:
-            return Found(self._lost(slot, t, Reason.BORDER_N))
-        row1, centre = self._rows1[slot], round(self._centre[slot])
-        most = row1.shape[0] - s.pixels  # half of the pixels still face each other
-        centre = min(max(centre, -most), most)
+        if not self._worth(slot, final):
+            return Found(self._lost(slot, t, Reason.BORDER_N if final else Reason.SKIPPED))
+        row1, centre = self._rows1[slot], self._shift(slot)
         middle = (begin + end) // 2
         known = self._turn(slot, middle)
         more = (0.0,) if self._slant == 0.0 else (-self._slant, 0.0, self._slant)
@@ -203,6 +194,17 @@ class Strips:
             return Found(self._match(slot, trough._replace(reason=Reason.UNLIKE), begin, found, t))
         trough = trough._replace(step=best.step - begin, mu=best.mu)
         return self._measured(slot, trough, begin, found, t)
+
+    def _worth(self, slot: int, final: bool) -> bool:
+        """Whether a strip has a window; while nothing is known, only some are worth their long search."""
+        if not final and self._id[slot] % SEEK_EVERY:
+            return False
+        return bool(self._begin[slot] >= 0 and self._end[slot] - self._begin[slot] >= 2)
+
+    def _shift(self, slot: int) -> int:
+        """Shift that a strip is looked for around, px."""
+        most = 2 * self._setup.max_shift  # half of the pixels still face each other
+        return min(max(round(float(self._centre[slot])), -most), most)
 
     def _looked_at(
         self, slot: int, begin: int, end: int, centre: int, turn: float, complete: bool
@@ -247,6 +249,7 @@ class Strips:
         return StripMatch(
             int(self._id[slot]), number1, float(first[TIME]), float(second[TIME]), t, float(n), float(trough.mu),
             float(trough.value), float(first[MOUNT]), float(second[MOUNT]), trough.reason, begin - number1, found,
+            centre=self._shift(slot),
         )  # fmt: skip
 
 

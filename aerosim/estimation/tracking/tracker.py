@@ -205,6 +205,8 @@ class Tracker:
         if found is None:
             return None  # looked for again when its window is complete
         match, first, second = found
+        if match.reason is Reason.SKIPPED:
+            return match, UNUSED
         t = exposure.t
         if first is None or second is None:
             self._look_beyond(match, yaw)

@@ -195,7 +195,31 @@ def test_nothing_is_claimed_before_strips_agree() -> None:
     flight = Flight(track=3 * DEG, blind=lambda t: True)
     now = flight.fly(15.0).now()
     assert not now.valid
-    assert {m.reason for m in flight.strips} <= {Reason.DEGENERATE, Reason.BORDER_N, Reason.TIMEOUT}
+    assert {m.reason for m in flight.strips} <= {Reason.DEGENERATE, Reason.SKIPPED}
+
+
+def test_every_strip_is_recorded_also_those_that_are_not_searched() -> None:
+    """While nothing is known each fourth strip is worth a long search; the others are told to be skipped."""
+    flight = Flight(blind=lambda t: True)
+    tracker = flight.fly(20.0)
+    told = flight.strips + [m for m, _ in tracker.switch(20.0)]
+    assert sorted(m.strip for m in told) == list(range(200))  # 400 exposures, a strip each second one
+    skipped = [m for m in told if m.reason is Reason.SKIPPED]
+    assert all(m.strip % 4 for m in skipped)
+    waiting = SPACING / (FOCAL * VH / 1.05) * 1.6 + PERIOD  # 1.6 times the planned n is the end of the search
+    assert len(skipped) == pytest.approx(0.75 * (20.0 - waiting) / 0.1, abs=4)
+
+
+def test_a_window_beside_the_middle_says_where_it_lies() -> None:
+    """Roll of row I's look moves the window; the surface's least element is at the strip's shift all the same."""
+    flight = Flight(track=1 * DEG, roll=lambda t: DEG * math.sin(2 * math.pi * t / 4.0), aiding="gyro")
+    flight.fly(18.0)
+    good = [m for m in flight.strips if m.reason is Reason.ACCEPTED and m.t_decided > 12.0]
+    assert {m.centre for m in good} >= {-2, 2}
+    for m in good:
+        step, k = np.unravel_index(np.argmin(m.surface), m.surface.shape)
+        assert m.centre - m.surface.shape[1] // 2 + k == pytest.approx(m.mu, abs=1.5)
+        assert m.first_n + step == pytest.approx(m.n, abs=5.0)
 
 
 def test_another_line_begins_anew() -> None:
