@@ -75,8 +75,8 @@ def sweep(
         str | None,
         typer.Option(
             "--stop-when",
-            metavar="METRIC:HALFWIDTH",
-            help="Stop when 95 % confidence limits are this narrow at every point.",
+            metavar="METRIC:HALFWIDTH|METRIC:PERCENT%",
+            help="Stop when 95 % confidence limits are this narrow at every point; %: of the mean.",
         ),
     ] = None,
     keep: Annotated[

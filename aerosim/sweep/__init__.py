@@ -40,10 +40,10 @@ def sweep(
     dotted key a list of values, ``{"from": low, "to": high, "step": step}``, or ``{"from": low, "to": high}`` for
     a Latin hypercube; added to the file's.  seeds: 1 ... seeds are flown at every point [1].  sampling: grid
     [default], list or latin_hypercube of `samples` points drawn by `sampling_seed`.  overrides: by dotted key, of
-    all points.  keep: summaries [default] or records, a run directory each.  stop_when: ``METRIC:HALFWIDTH``.
-    out: the sweep directory [sweeps/<name>].  workers: processes [one a core]; 0 flies in this process.
-    dask: address of a scheduler instead.  resume: go on with a directory that is there.  retry_failed: fly failed
-    runs again.  progress: told (runs ended, runs to fly).
+    all points.  keep: summaries [default] or records, a run directory each.  stop_when: ``METRIC:HALFWIDTH`` or
+    ``METRIC:5%``.  out: the sweep directory [sweeps/<name>].  workers: processes [one a core]; 0 flies in this
+    process.  dask: address of a scheduler instead.  resume: go on with a directory that is there.  retry_failed:
+    fly failed runs again.  progress: told (runs ended, runs to fly).
 
     Raises InputError before anything is flown.  Runs that fail are rows of the table.  A sweep that is
     interrupted or cannot write raises Interrupted or RunFailure, its `path` resumes.

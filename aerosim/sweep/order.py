@@ -33,7 +33,7 @@ def flight_order(spec: SweepSpec, workers: int = 1) -> tuple[Iterator[tuple[int,
     names = [key for key in spec.vary if may_influence_flight(key, area)]
     alike: dict[str, list[Point]] = {}
     for point in spec.points:
-        alike.setdefault(json.dumps([point.values[name] for name in names]), []).append(point)
+        alike.setdefault(json.dumps([point.values.get(name) for name in names]), []).append(point)
     if len(alike) == len(spec.points):
         return spec.runs(), False
     return _runs(list(alike.values()), spec.seeds, workers), True

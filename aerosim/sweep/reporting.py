@@ -51,7 +51,7 @@ def view_of(table: pa.Table, spec: SweepSpec, text: str, status: str = "") -> Sw
 
     keys = parameters_of(table)
     varied = varied_of(table)
-    grid = spec.sampling == "grid"
+    grid = spec.is_grid
     axes = axes_of(varied)
     compared = axes.curve or axes.x
     here = set(metrics_of(table))

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import chain
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -14,7 +15,7 @@ from aerosim.errors import InputError
 from aerosim.scenario import Override, Scenario, absolute, given, variants
 from aerosim.sweep.inputs import content, files_in, leaves, may_name_file
 from aerosim.sweep.stoprule import StopRule
-from aerosim.sweep.vary import SAMPLINGS, Range, Varied, combined
+from aerosim.sweep.vary import SAMPLINGS, Range, Varied, combined, together
 from aerosim.sweep.work import Task, version
 
 RUNS_MAX = 1_000_000
@@ -39,10 +40,12 @@ class Point(NamedTuple):
 class SweepSpec:
     """A sweep, checked: every point is a scenario that can be flown as far as its values say.
 
-    scenario: what all points have in common.  vary: values by dotted key.  sampling: grid, list or
-    latin_hypercube (`samples` points drawn by `sampling_seed`).  seeds: 1 ... seeds are flown at every point, so
-    that points differ by their values and not by their weather.  keep: records (a run directory each) or
-    summaries.  stop_when: rule that may end the sweep earlier.  places: where each key was varied, for messages.
+    scenario: what all points have in common.  vary: values by dotted key.  grids: several grids one after the
+    other, whose points have the keys of their own grid only; `vary` is then what they vary together.  sampling:
+    grid, list or latin_hypercube (`samples` points drawn by `sampling_seed`).  seeds: 1 ... seeds are flown at
+    every point, so that points differ by their values and not by their weather.  keep: records (a run directory
+    each) or summaries.  stop_when: rule that may end the sweep earlier.  places: where each key was varied, for
+    messages.
     """
 
     scenario: Scenario
@@ -54,12 +57,16 @@ class SweepSpec:
     keep: str = "summaries"
     stop_when: StopRule | None = None
     places: Mapping[str, str] = field(default_factory=dict, compare=False)
+    grids: tuple[Mapping[str, Varied], ...] = ()
 
     @cached_property
     def points(self) -> list[Point]:
         """All points, in order.  Raises InputError."""
         try:
-            ways = combined(self.vary, self.sampling, self.samples, self.sampling_seed)
+            each = self.grids or (self.vary,)
+            ways = chain.from_iterable(
+                [combined(vary, self.sampling, self.samples, self.sampling_seed) for vary in each]
+            )
         except InputError as error:
             raise self.placed(error) from error
         return [Point(number, values) for number, values in enumerate(ways)]
@@ -68,6 +75,11 @@ class SweepSpec:
     def base(self) -> str:
         """What is written of the scenario, as JSON: the tasks carry it."""
         return json.dumps(canonical(given(self.scenario)))
+
+    @property
+    def is_grid(self) -> bool:
+        """Whether all combinations of the varied values are flown."""
+        return self.sampling == "grid" and len(self.grids) < 2
 
     @property
     def size(self) -> int:
@@ -97,11 +109,12 @@ class SweepSpec:
 
     @cached_property
     def _common_files(self) -> list[str]:
-        """Files that all points read."""
+        """Files of the scenario that any point reads."""
+        replaced = set.intersection(*(set(vary) for vary in self.grids or (self.vary,)))
         kept = {
             key: value
             for key, value in leaves(json.loads(self.base))
-            if not any(key == name or key.startswith(f"{name}.") for name in self.vary)
+            if not any(key == name or key.startswith(f"{name}.") for name in replaced)
         }
         return files_in(kept)
 
@@ -113,7 +126,7 @@ class SweepSpec:
         start = hashlib.sha256(f"{version()}\n{self.base}\n{common}".encode())
         out = []
         for point in self.points:
-            own = files_in({key: point.values[key] for key in of_files})
+            own = files_in({key: point.values[key] for key in of_files if key in point.values})
             read = "".join(f"{self.inputs[name]}\n" for name in own)
             each = start.copy()
             each.update(f"{json.dumps(point.values)}\n{read}".encode())
@@ -156,7 +169,7 @@ def canonical(value: Any) -> Any:
 
 def make_spec(
     scenario: Scenario,
-    vary: Mapping[str, Varied],
+    vary: Mapping[str, Varied] | Sequence[Mapping[str, Varied]],
     *,
     base: Path | None = None,
     places: Mapping[str, str] | None = None,
@@ -164,18 +177,20 @@ def make_spec(
 ) -> SweepSpec:
     """A sweep whose every point was checked.  settings: the other fields of SweepSpec.
 
-    base: folder that paths of files among the varied values are relative to, by default the current one.
+    vary: values by dotted key, or several such grids, one after the other.  base: folder that paths of files
+    among the varied values are relative to, by default the current one.
     Raises InputError for the first thing that is wrong, before anything is flown.
     """
     here = base or Path.cwd()
-    known = {
-        key: values
-        if isinstance(values, Range)
-        else tuple(canonical(absolute(each, key, here)) for each in values)
-        for key, values in vary.items()
-    }
-    spec = SweepSpec(scenario, known, places=dict(places or {}), **settings)
+    several = [vary] if isinstance(vary, Mapping) else vary
+    grids = tuple({key: _absolute(values, key, here) for key, values in each.items()} for each in several)
+    known = together(grids)
+    own = () if len(grids) == 1 else grids
+    spec = SweepSpec(scenario, known, places=dict(places or {}), grids=own, **settings)
     _check_settings(spec)
+    if own and spec.sampling != "grid":
+        problem, allowed = f"{spec.sampling} does not go with several grids", "grid, or one mapping in vary"
+        raise spec.placed(InputError(problem, key="sampling", allowed=allowed))
     for key in spec.vary:
         if key in NOT_VARIED:
             raise spec.placed(InputError("cannot be varied", key=key, allowed=NOT_VARIED[key]))
@@ -184,6 +199,13 @@ def make_spec(
         raise spec.placed(InputError(problem, key="seeds", allowed=f"at most {RUNS_MAX}"))
     _check_points(spec, spec.points)
     return spec
+
+
+def _absolute(values: Varied, key: str, base: Path) -> Varied:
+    """Values as YAML gives them, paths of files from the folder `base`."""
+    if isinstance(values, Range):
+        return values
+    return tuple(canonical(absolute(each, key, base)) for each in values)
 
 
 def _check_settings(spec: SweepSpec) -> None:

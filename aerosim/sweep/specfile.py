@@ -92,13 +92,41 @@ class _File:
                 else self.error("scenario", f"{source}: {error.problem}", error.allowed)
             ) from error
 
-    def vary(self) -> dict[str, Varied]:
+    def vary(self) -> list[dict[str, Varied]]:
+        """Values of each grid."""
+        found = self.data.get("vary")
+        if not isinstance(found, tuple):
+            return [self._grid("vary")]
+        if not found:
+            raise self.error("vary", "is an empty list", "one grid, or a list of grids")
+        return [self._grid(f"vary.{k}") for k in range(len(found))]
+
+    def _grid(self, at: str) -> dict[str, Varied]:
         out = {}
-        for key, values in self.mapping("vary").items():
+        for key, values in self.grid_keys(at).items():
             try:
                 out[key] = varied(values)
             except InputError as error:
-                raise self.error(f"vary.{key}", error.problem, error.allowed) from error
+                raise self.error(f"{at}.{key}", error.problem, error.allowed) from error
+        return out
+
+    def grid_keys(self, at: str) -> dict[str, Any]:
+        """The mapping of `vary`, or of an element of its list as `vary.1`."""
+        if at == "vary":
+            return self.mapping("vary")
+        found = self.data["vary"][int(at.partition(".")[2])]
+        if not isinstance(found, dict) or not found:
+            raise self.error(at, "is no grid", "DOTTED.KEY: VALUES lines")
+        return found
+
+    def places(self) -> dict[str, str]:
+        """Where the file has each setting and each varied key, first places first."""
+        out = {key: f"{self.where(key)}: " for key in KEYS if key in self.data}
+        found = self.data.get("vary")
+        grids = [f"vary.{k}" for k in range(len(found))] if isinstance(found, tuple) else ["vary"]
+        for at in grids:
+            for key in self.grid_keys(at):
+                out.setdefault(key, f"{self.where(f'{at}.{key}')}: ")
         return out
 
     def stop_when(self) -> StopRule | None:
@@ -106,7 +134,7 @@ class _File:
         if text is None:
             return None
         if not isinstance(text, str):
-            raise self.error("stop_when", f"{text!r} is no rule", "METRIC:HALFWIDTH")
+            raise self.error("stop_when", f"{text!r} is no rule", "METRIC:HALFWIDTH or METRIC:5%")
         try:
             return StopRule.parse(text)
         except InputError as error:
@@ -134,14 +162,17 @@ def load_sweep(
     }
     if (rule := found.stop_when()) is not None:
         settings["stop_when"] = rule
-    where = {"vary": f"{file}: "} | {key: f"{found.where(key)}: " for key in KEYS if key in found.data}
-    where |= {key: f"{found.where(f'vary.{key}')}: " for key in found.mapping("vary")}
+    where = {"vary": f"{file}: "} | found.places()
     scenario = found.scenario()
     if overrides:
         scenario = next(variants(scenario, [overrides]))
-    vary, here = found.vary() | dict(more or {}), file.resolve().parent
+    grids, here = [each | dict(more or {}) for each in found.vary()], file.resolve().parent
     settings |= changes or {}
-    return make_spec(scenario, vary, base=here, places=where | dict(places or {}), **settings)
+    return make_spec(scenario, grids, base=here, places=where | dict(places or {}), **settings)
+
+
+def _written(vary: Mapping[str, Varied]) -> dict[str, Any]:
+    return {key: as_written(values) for key, values in vary.items()}
 
 
 def sweep_text(spec: SweepSpec) -> str:
@@ -152,7 +183,7 @@ def sweep_text(spec: SweepSpec) -> str:
     data: dict[str, Any] = {
         "sweep": FORMAT,
         "aerosim": version(),
-        "vary": {key: as_written(values) for key, values in spec.vary.items()},
+        "vary": [_written(each) for each in spec.grids] if spec.grids else _written(spec.vary),
         "sampling": spec.sampling,
         **({"samples": spec.samples, "sampling_seed": spec.sampling_seed} if spec.samples else {}),
         "seeds": spec.seeds,

@@ -1,4 +1,4 @@
-"""When a sweep has runs enough: the sequential rule ``METRIC:HALFWIDTH``."""
+"""When a sweep has runs enough: the sequential rule ``METRIC:HALFWIDTH`` or ``METRIC:PERCENT%``."""
 
 from __future__ import annotations
 
@@ -19,12 +19,16 @@ LEVEL = 0.95  # of the confidence intervals
 LEAST = 10  # runs of a point before the rule may stop: a variance of fewer is too often small by chance
 EARLY = 1.1825  # runs by which looking after each run stops early on average, Woodroofe (1977), normal law
 FORM = re.compile(r"(?P<metric>[\w.]+)(\[(?P<key>[\w.]+)=(?P<a>[^,\]]+),(?P<b>[^,\]]+)\])?:(?P<width>[^:]+)")
-ALLOWED = "METRIC:HALFWIDTH or METRIC[KEY=A,B]:HALFWIDTH, HALFWIDTH above 0 in the metric's unit"
+ALLOWED = "METRIC:HALFWIDTH, METRIC:5% of the mean, or METRIC[KEY=A,B]:HALFWIDTH, above 0 in the metric's unit"
 
 
 class Look(NamedTuple):
-    """Where a sweep stands.  seeds: run so far; half_width: the widest there is, in the metric's unit (NaN: not
-    known yet); expected: seeds at which the rule will hold, as far as can be told now (NaN: not known)."""
+    """Where a sweep stands.
+
+    seeds: run so far; half_width: the widest there is, in the metric's unit, of a relative rule as a part of the
+    mean (NaN: not known yet); expected: seeds at which the rule will hold, as far as can be told now (NaN: not
+    known).
+    """
 
     seeds: int
     half_width: float
@@ -35,8 +39,9 @@ class Look(NamedTuple):
 class StopRule:
     """Stop when the mean of `metric` is known to `half_width` at every point, or its difference of two modes is.
 
-    metric: dotted path of the summary.  half_width: in the metric's unit.  key, a, b: with a key, the mean of
-    the paired difference (at `a` less at `b`) at each point of the other keys.  level: of the interval.
+    metric: dotted path of the summary.  half_width: in the metric's unit; relative: as part of each mean's size.
+    key, a, b: with a key, the mean of the paired difference (at `a` less at `b`) at each point of the other keys.
+    level: of the interval.
 
     The rule looks after each whole seed, in the order of the seeds, never in the order in which runs end: the
     result does not depend on the number of workers, and quick runs are not preferred.  With k values of standard
@@ -53,16 +58,18 @@ class StopRule:
     a: Any = None
     b: Any = None
     level: float = LEVEL
+    relative: bool = False
 
     @classmethod
     def parse(cls, text: str) -> StopRule:
-        """Rule of ``METRIC:HALFWIDTH`` or ``METRIC[KEY=A,B]:HALFWIDTH``.  Raises InputError."""
+        """Rule of ``METRIC:HALFWIDTH``, ``METRIC:5%`` or ``METRIC[KEY=A,B]:HALFWIDTH``.  Raises InputError."""
         found = FORM.fullmatch(text.strip())
-        width = _number(found["width"]) if found else math.nan
-        if found is None or not (0.0 < width < math.inf):
+        relative = found is not None and found["width"].endswith("%")
+        width = _number(found["width"].rstrip("%")) if found else math.nan
+        if found is None or not (0.0 < width < math.inf) or (relative and found["key"]):
             raise InputError(f"{text!r} is no rule for stopping", key="--stop-when", allowed=ALLOWED)
         if found["key"] is None:
-            return cls(found["metric"], width)
+            return cls(found["metric"], width / 100.0 if relative else width, relative=relative)
         a, b = _scalar(found["a"]), _scalar(found["b"])
         if a == b:
             raise InputError(f"{text!r} compares a value with itself", key="--stop-when", allowed=ALLOWED)
@@ -71,7 +78,12 @@ class StopRule:
     def __str__(self) -> str:
         """The form that `parse` reads."""
         pair = f"[{self.key}={self.a},{self.b}]" if self.key else ""
-        return f"{self.metric}{pair}:{self.half_width:g}"
+        width = f"{100.0 * self.half_width:g}%" if self.relative else f"{self.half_width:g}"
+        return f"{self.metric}{pair}:{width}"
+
+    def allowed(self, means: Array) -> Array:
+        """Half widths up to which the rule holds, for means of any shape; both in the metric's unit."""
+        return self.half_width * (np.abs(means) if self.relative else np.ones_like(means))
 
     def series(self, values: Array, points: Sequence[Mapping[str, Any]]) -> Array:
         """What has to be known: the metric of each point, or the differences asked for.
@@ -91,7 +103,8 @@ class StopRule:
         """
         a, b = identity(self.a), identity(self.b)
         named = [{key: identity(value) for key, value in point.items()} for point in points]
-        others = [tuple(value for key, value in point.items() if key != self.key) for point in named]
+        # of several grids, points need not have the same keys
+        others = [frozenset(item for item in point.items() if item[0] != self.key) for point in named]
         at_b = {others[row]: row for row, point in enumerate(named) if point.get(self.key) == b}
         found = [
             (row, at_b[others[row]])
@@ -110,8 +123,9 @@ class StopRule:
         values: (points, seeds) of the seeds that are run at all points, in their order; NaN for a run that
         failed or has no such value.  A point that has none never lets the rule hold.
         """
-        widths, counts = half_widths(self.series(values, points), self.level, EARLY)
-        holds = ((widths <= self.half_width) & (counts >= LEAST)).all(axis=0)
+        series = self.series(values, points)
+        widths, counts = half_widths(series, self.level, EARLY)
+        holds = ((widths <= self.allowed(_running(series))) & (counts >= LEAST)).all(axis=0)
         return int(np.argmax(holds)) + 1 if holds.any() else None
 
     def look(self, values: Array, points: Sequence[Mapping[str, Any]]) -> Look:
@@ -123,8 +137,10 @@ class StopRule:
         widths, counts = (each[:, -1] for each in half_widths(series, self.level, EARLY))
         if not np.isfinite(widths).all():
             return Look(seeds, math.nan, math.nan)
-        needed = np.maximum((counts - EARLY) * (widths / self.half_width) ** 2 + EARLY, LEAST)
-        return Look(seeds, float(widths.max()), float((needed * seeds / counts).max()))
+        means = _running(series)[:, -1]
+        needed = np.maximum((counts - EARLY) * (widths / self.allowed(means)) ** 2 + EARLY, LEAST)
+        told = widths / np.abs(means) if self.relative else widths
+        return Look(seeds, float(told.max()), float((needed * seeds / counts).max()))
 
 
 class Watch:
@@ -149,7 +165,7 @@ class Watch:
         if (self._count < LEAST).any():
             return False
         widths = _widths(self._count, self._sum, self._squares, self.rule.level, EARLY)
-        return bool((widths <= self.rule.half_width).all())
+        return bool((widths <= self.rule.allowed(self._centre + self._sum / self._count)).all())
 
 
 def half_widths(series: Array, level: float, early: float = 0.0) -> tuple[Array, Array]:
@@ -168,6 +184,13 @@ def half_widths(series: Array, level: float, early: float = 0.0) -> tuple[Array,
     off = np.where(there, series - centre, 0.0)
     widths = _widths(counts, off.cumsum(axis=1), (off**2).cumsum(axis=1), level, early)
     return np.where(counts >= 2, widths, np.inf), counts
+
+
+def _running(series: Array) -> Array:
+    """Means (series, seeds) of the values so far, NaN before the first."""
+    there = np.isfinite(series)
+    counts = there.cumsum(axis=1)
+    return np.where(counts > 0, np.where(there, series, 0.0).cumsum(axis=1) / np.maximum(counts, 1), np.nan)
 
 
 def _widths(counts: Array, sums: Array, squares: Array, level: float, early: float) -> Array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from decimal import Decimal
 from itertools import product
 from math import isfinite, prod
@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 from aerosim.errors import InputError
 from aerosim.scenario.reader import parse
+from aerosim.sweep.matrix import identity
 
 POINTS_MAX = 100_000
 VALUES_MAX = 10_000  # of one key
@@ -119,6 +120,19 @@ def _from_to(value: Mapping[str, Any]) -> Varied:
     if "step" in value:
         return steps(value["from"], value["to"], value["step"])
     return between(value["from"], value["to"])
+
+
+def together(grids: Sequence[Mapping[str, Varied]]) -> dict[str, Varied]:
+    """All values of each key of several grids, in their order; what is twice is there once."""
+    if len(grids) == 1:
+        return dict(grids[0])
+    out: dict[str, dict[Hashable, Any]] = {}
+    for key, values in (item for grid in grids for item in grid.items()):
+        if isinstance(values, Range):
+            problem = f"{values.low:g} to {values.high:g} has no step"
+            raise InputError(problem, key=key, allowed="values; a range is for latin_hypercube sampling")
+        out.setdefault(key, {}).update({identity(value): value for value in values})
+    return {key: tuple(values.values()) for key, values in out.items()}
 
 
 def as_written(values: Varied) -> Any:

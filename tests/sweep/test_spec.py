@@ -19,8 +19,9 @@ from aerosim.sweep.order import flight_order
 from aerosim.sweep.spec import Point, make_spec
 from aerosim.sweep.specfile import find_sweep, load_sweep, shipped_sweeps, sweep_text
 from aerosim.sweep.start import asked_for
+from aerosim.sweep.table import runs_table
 from aerosim.sweep.vary import Range, parse_vary, steps, varied
-from aerosim.sweep.work import scenario_of
+from aerosim.sweep.work import Result, scenario_of
 
 
 @pytest.mark.parametrize(
@@ -102,6 +103,63 @@ def test_a_key_more_leaves_the_hypercube_of_the_others() -> None:
     assert [p.values[WIND] for p in more.points] == [p.values[WIND] for p in first.points]
     modes = [p.values["control.mode"] for p in more.points]
     assert modes.count("fixed") == modes.count("ideal") == 4
+
+
+BOTH = (
+    {"control.mode": ("fixed", "ideal"), WIND: (0, 5)},
+    {"control.mode": ("pipelined",), "estimation.gain": ("riccati", "halving")},
+)
+
+
+def test_several_grids_are_flown_one_after_the_other() -> None:
+    """Each point has the keys of its own grid; where a key is not varied the scenario's own value is flown."""
+    made = make_spec(tiny(), BOTH, seeds=2)
+    wanted = [
+        dict(zip(grid, values, strict=True)) for grid in BOTH for values in itertools.product(*grid.values())
+    ]
+    assert [point.values for point in made.points] == wanted
+    assert list(made.vary) == ["control.mode", WIND, "estimation.gain"]
+    assert made.vary["control.mode"] == ("fixed", "ideal", "pipelined")
+    assert made.size == 12
+    assert not made.is_grid
+    assert spec().is_grid
+    flown = [scenario_of(task) for task in made.tasks(Path("x"))][:6]
+    assert [each.estimation.gain for each in flown] == ["riccati"] * 5 + ["halving"]
+    assert [each.air.wind.speed_m_s for each in flown] == [0, 5, 0, 5, 0, 0]  # tiny has no wind
+    table = runs_table(
+        [Result(t.id, t.point, t.seed, "done", "", t.parameters) for t in made.tasks(Path("x"))], list(made.vary)
+    )
+    assert table["estimation.gain"].to_pylist() == [None] * 8 + ["riccati"] * 2 + ["halving"] * 2
+    order, shared = flight_order(made)
+    assert shared
+    assert sorted(order, key=lambda run: (run[0], run[1].number)) == list(made.runs())
+
+
+def test_files_of_one_grid_leave_the_others_their_own(tmp_path: Path) -> None:
+    """A file that one grid replaces is still read by the points of the other: it counts with what is in it."""
+    for name in ("a", "b"):
+        (tmp_path / f"{name}.geojson").write_text(
+            '{"type": "LineString", "coordinates": [[-84.38, 36.52], [-84.36, 36.52]]}'
+        )
+    base = tiny(flight={"file": str(tmp_path / "a.geojson"), "lines": None})
+    grids = ({"flight.file": (str(tmp_path / "b.geojson"),)}, {WIND: (1,)})
+    assert sorted(Path(name).name for name in make_spec(base, grids).inputs) == ["a.geojson", "b.geojson"]
+    assert [Path(name).name for name in make_spec(base, grids[:1]).inputs] == ["b.geojson"]
+
+
+def test_several_grids_in_a_file_come_back_from_the_directory(tmp_path: Path) -> None:
+    tiny_file(tmp_path)
+    (tmp_path / "s.yaml").write_text(
+        f"scenario: tiny.yaml\nvary:\n  - {{control.mode: [fixed, ideal], {WIND}: [0, 5]}}\n"
+        "  - control.mode: [pipelined]\n    estimation.gain: [riccati, halving]\n"
+    )
+    found = load_sweep(tmp_path / "s.yaml")
+    assert found == make_spec(load(tmp_path / "tiny.yaml"), BOTH)
+    (tmp_path / "sweep.yaml").write_text(sweep_text(found))
+    again = load_sweep(tmp_path / "sweep.yaml")
+    assert [task.id for task in again.tasks(Path("x"))] == [task.id for task in found.tasks(Path("x"))]
+    more = asked_for(tmp_path / "s.yaml", {"air.turbulence.sigma_m_s": [0, 1]}, {}, {}).spec
+    assert len(more.points) == 12  # joined to each grid
 
 
 def test_seeds_are_the_same_at_all_points_and_tasks_come_in_whole_seeds() -> None:
@@ -307,7 +365,26 @@ def test_a_clash_of_values_names_the_point() -> None:
         ("vary: {a: [1]}\n", "scenario: no scenario is named"),
         ("scenario: tiny.yaml\nseeds: 0\nvary:\n  air.wind.speed_m_s: [0]\n", "s.yaml:2: seeds: 0 is no number"),
         ("scenario: tiny.yaml\nvary:\n", "s.yaml:2: vary: nothing is varied"),
-        ("scenario: tiny.yaml\nvary: [1]\n", "s.yaml:2: vary: is no mapping"),
+        ("scenario: tiny.yaml\nvary: [1]\n", "s.yaml:2: vary.0: is no grid"),
+        ("scenario: tiny.yaml\nvary: []\n", "s.yaml:2: vary: is an empty list"),
+        ("scenario: tiny.yaml\nvary: 3\n", "s.yaml:2: vary: is no mapping"),
+        ("scenario: tiny.yaml\nvary:\n  - seeds: []\n", "s.yaml:3: vary.0.seeds: has no values"),
+        (
+            "scenario: tiny.yaml\nvary:\n  - air.wind.speed_m_s: [0]\n  - air.wind.spd_m_s: [0]\n",
+            "s.yaml:4: air.wind.spd_m_s: unknown key",
+        ),
+        (
+            "scenario: tiny.yaml\nvary:\n  - air.wind.speed_m_s: [0]\n  - air.wind.speed_m_s: [0]\n",
+            "points 0 and 1 are the same",
+        ),
+        (
+            "scenario: tiny.yaml\nsampling: list\nvary:\n  - control.mode: [fixed]\n  - control.mode: [ideal]\n",
+            "s.yaml:2: sampling: list does not go with several grids",
+        ),
+        (
+            "scenario: tiny.yaml\nvary:\n  - air.wind.speed_m_s: {from: 0, to: 1}\n  - control.mode: [fixed]\n",
+            "air.wind.speed_m_s: 0 to 1 has no step",
+        ),
         ("sweep: 7\nscenario: tiny.yaml\nvary: {a: [1]}\n", "s.yaml:1: sweep: 7 is no known layout"),
         ("scenario: tiny.yaml\nset:\n  air.wnd: 1\nvary: {a: [1]}\n", "s.yaml:3: air.wnd: unknown key"),
         ("scenario: tiny.yaml\nstop_when: x\nvary: {a: [1]}\n", "s.yaml:2: stop_when: 'x' is no rule"),

@@ -132,7 +132,7 @@ def test_later_seeds_change_nothing() -> None:
     assert {rule.first(x[:, :n], points) for n in range(first, 201)} == {first}
 
 
-@pytest.mark.parametrize("text", ["m:0.35", "m[mode=fixed,pipelined]:0.3"])
+@pytest.mark.parametrize("text", ["m:0.35", "m:0.035%", "m[mode=fixed,pipelined]:0.3"])
 @pytest.mark.parametrize("missing", [0.0, 0.2])
 def test_told_one_seed_after_the_other_it_stops_at_the_same(text: str, missing: float) -> None:
     rng = np.random.default_rng(14)
@@ -151,6 +151,29 @@ def test_every_point_has_to_be_known() -> None:
     assert rule.first(x, grid({"k": (1, 2, 3)})) == max(n for n in singly if n) == singly[1]
     x[0] = np.nan
     assert rule.first(x, grid({"k": (1, 2, 3)})) is None  # a point that always fails
+
+
+def test_a_relative_rule_is_the_absolute_one_at_each_points_mean() -> None:
+    """Means of 2, -4 and 8 with deviations of 0.3, 0.6 and 2.4: 5 % asks for 35, 35 and 138 runs.
+
+    Var N = 2 n, and the spread of the running mean adds little: four deviations of 138 are 66.
+    """
+    rng = np.random.default_rng(15)
+    means, spreads = np.array([2.0, -4.0, 8.0]), np.array([0.3, 0.6, 2.4])
+    x = means[:, None] + spreads[:, None] * rng.standard_normal((3, 400))
+    rule, points = StopRule("m", 0.05, relative=True), grid({"k": (1, 2, 3)})
+    first = rule.first(x, points)
+    assert first is not None
+    assert first == pytest.approx((Z * 0.3 / 0.05) ** 2 + 2.4, abs=66)
+    for n, holds in ((first - 1, False), (first, True)):
+        part = x[2, :n]
+        width = reference.t.ppf(0.975, n - 1) * part.std(ddof=1) / np.sqrt(n - 1.1825)
+        assert (width <= 0.05 * part.mean()) == holds
+    assert rule.first(x[:2], grid({"k": (1, 2)})) < first
+    look = rule.look(x[:, :60], points)
+    assert look.half_width == pytest.approx(0.3 * 2.0 / np.sqrt(60), rel=0.3)
+    assert look.expected == pytest.approx(138.0, rel=0.36)
+    assert rule.first(x - x.mean(axis=1)[:, None], points) is None  # no part of nothing is wide enough
 
 
 def test_failed_runs_do_not_count() -> None:
@@ -195,6 +218,8 @@ def test_the_forecast_is_of_the_right_size() -> None:
     [
         ("crab.residual_rms_deg:0.05", StopRule("crab.residual_rms_deg", 0.05)),
         ("vh.error_rms_pct:1e-2", StopRule("vh.error_rms_pct", 0.01)),
+        ("m:5%", StopRule("m", 0.05, relative=True)),
+        ("m:0.5%", StopRule("m", 0.005, relative=True)),
         ("m[control.mode=fixed,ideal]:0.1", StopRule("m", 0.1, "control.mode", "fixed", "ideal")),
         ("m[air.wind.speed_m_s=10,20.5]:2", StopRule("m", 2.0, "air.wind.speed_m_s", 10, 20.5)),
     ],
@@ -206,7 +231,23 @@ def test_rules_are_read_and_written(text: str, rule: StopRule) -> None:
 
 @pytest.mark.parametrize(
     "text",
-    ["", "m", "m:", "m:-1", "m:0", "m:nan", "m:inf", "m:abc", ":0.1", "m[k=a]:0.1", "m[k=a,a]:0.1", "m:1:2"],
+    [
+        "",
+        "m",
+        "m:",
+        "m:-1",
+        "m:0",
+        "m:nan",
+        "m:inf",
+        "m:abc",
+        ":0.1",
+        "m[k=a]:0.1",
+        "m[k=a,a]:0.1",
+        "m:1:2",
+        "m:%",
+        "m:-5%",
+        "m[k=a,b]:5%",
+    ],
 )
 def test_rules_that_are_none(text: str) -> None:
     with pytest.raises(InputError, match="METRIC:HALFWIDTH"):
