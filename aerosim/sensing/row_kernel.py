@@ -20,10 +20,12 @@ def _between(values: Grey, row: float, col: float) -> float:  # pragma: no cover
     """Bilinear value at a fractional row and column, NaN outside."""
     if not (row >= 0.0 and col >= 0.0 and row < values.shape[0] - 1 and col < values.shape[1] - 1):
         return np.nan
-    i, j = int(row), int(col)
-    a, b = row - i, col - j
-    upper = values[i, j] + b * (values[i, j + 1] - values[i, j])
-    lower = values[i + 1, j] + b * (values[i + 1, j + 1] - values[i + 1, j])
+    # without a sign no index has to be looked at for counting from the end
+    i, j = np.uint64(row), np.uint64(col)
+    p, q = i + np.uint64(1), j + np.uint64(1)
+    a, b = row - np.int64(i), col - np.int64(j)
+    upper = values[i, j] + b * (values[i, q] - values[i, j])
+    lower = values[p, j] + b * (values[p, q] - values[p, j])
     return float(upper + a * (lower - upper))
 
 
@@ -79,18 +81,17 @@ def relief_depth(
     h = guess
     if d_down <= 0.0:
         return np.nan, np.nan
-    level2 = (d_north * d_north + d_east * d_east) / (2.0 * EARTH_RADIUS * d_down)
+    per_down = 1.0 / d_down
+    level2 = 0.5 / EARTH_RADIUS * per_down * (d_north * d_north + d_east * d_east)
+    to_row, to_col = place[1] * d_north + place[2] * d_east, place[4] * d_north + place[5] * d_east
     for _ in range(STEPS):
-        s = (height - h) / d_down
+        s = (height - h) * per_down
         s += s * s * level2
-        north, east = s * d_north, s * d_east
-        found = _between(
-            relief, place[0] + place[1] * north + place[2] * east, place[3] + place[4] * north + place[5] * east
-        )
+        found = _between(relief, place[0] + s * to_row, place[3] + s * to_col)
         if not abs(found - h) >= LEVEL:  # also ends with NaN
             break
         h = found
-    s = (height - found) / d_down
+    s = (height - found) * per_down
     return s + s * s * level2, found
 
 
