@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from aerosim.frames import Array
 from aerosim.metrics.consistency import FEWEST, judge, overconfident
+from aerosim.metrics.lock import bad_share, silence
 from aerosim.metrics.split import own_filter, split_crab, split_vh, strip_time
 from aerosim.recorder import Columns
 
@@ -195,6 +196,14 @@ def _lines_of(times: Array, tel: Columns) -> NDArray[np.int64]:
     return np.where(at >= 0, tel["line"][np.maximum(at, 0)], -1)
 
 
+def _counted(tel: Columns, used: NDArray[np.bool_]) -> dict[int, tuple[float, float]]:
+    """From when to when each line counts, s."""
+    t, line = tel["t_s"][used], tel["line"][used]
+    return {
+        number: (float(t[line == number][0]), float(t[line == number][-1])) for number in np.unique(line).tolist()
+    }
+
+
 def _settle(tel: Columns, starts: dict[int, float]) -> float:
     """Mean time until the crab is small and stays so for SETTLED_S, or to the line's end; lines that never do
     are left out."""
@@ -214,6 +223,7 @@ def _crab(
     crab = tel["crab_true_deg"][used]
     strips = _strips_used(matches, starts, tel, exclude)
     accepted = matches["accepted"][strips]
+    silent = silence(matches, _counted(tel, used))
     return {
         "residual_rms_deg": _rms(crab),
         "residual_mean_deg": _mean(crab),
@@ -222,6 +232,9 @@ def _crab(
         "settle_s": _settle(tel, starts),
         "strips": int(strips.sum()),
         "accepted_pct": float(100.0 * accepted.mean()) if len(accepted) else None,
+        "bad_pct": bad_share(matches, strips),
+        "silent_max_s": silent[0],
+        "silent_end_s": silent[1],
     }
 
 

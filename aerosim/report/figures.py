@@ -40,6 +40,9 @@ FIGURES = (
     Figure("crab.settle_s", "Settling", "s", 1, "from the start of a line until crab stays small"),
     Figure("crab.strips", "Strips", "", 0, "strips of row I looked for in row II"),
     Figure("crab.accepted_pct", "Strips accepted", "%", 1, "recognised without doubt"),
+    Figure("crab.bad_pct", "Strips bad", "%", 1, "of the accepted ones, more than 0.5 deg off"),
+    Figure("crab.silent_max_s", "Silence, longest", "s", 1, "time on a line without an accepted strip"),
+    Figure("crab.silent_end_s", "Silence at the end", "s", 1, "up to a line's end: a lock that was not regained"),
     Figure("vh.error_rms_pct", "v/h, rms error", "%", 2, "estimated less true, against the moment"),
     Figure("vh.error_mean_pct", "v/h, mean error", "%", 2, "its constant part"),
     Figure(

@@ -32,7 +32,9 @@ def telemetry(line: list[int], **columns: Any) -> dict[str, Any]:
 def strips(decided: list[float], accepted: list[bool], **columns: Any) -> dict[str, Any]:
     out = {"t_decided_s": np.array(decided, float), "accepted": np.array(accepted, bool)}
     out |= {name: np.ones(len(decided)) for name in ("vh_per_s", "vh_true_per_s")}
-    unknown = "t_row1_s t_row2_s drift_deg gain_drift gain_vh innovation_drift innovation_vh"
+    unknown = (
+        "t_row1_s t_row2_s angle_deg crab_true_deg drift_deg gain_drift gain_vh innovation_drift innovation_vh"
+    )
     out |= {name: np.full(len(decided), np.nan) for name in unknown.split()}
     return out | {name: np.array(values, float) for name, values in columns.items()}
 
@@ -93,6 +95,7 @@ def test_crab_and_vh_by_hand() -> None:
     found = strips(
         [0.5, 2.9, 3.0, 4.0, 4.5, 5.0], [True, True, True, False, True, True],
         vh_per_s=[9, 9, 0.021, 9, 0.019, 0.02], vh_true_per_s=[1, 1, 0.02, 1, 0.02, 0.02],
+        angle_deg=[9, 9, 1.6, 9, -1.51, 2], crab_true_deg=[0, 0, 1.1, 0, -1, np.nan],
     )  # fmt: skip
     summary = summarise(tel, found, NO_PHOTOS, WANTED)
     # without exposures and gains there is nothing to split, nor innovations to judge
@@ -109,6 +112,9 @@ def test_crab_and_vh_by_hand() -> None:
             "settle_s": 2.0,  # from the line's start at 1 s until it is first within 2 deg, at 3 s
             "strips": 4,  # decided from 3 s on
             "accepted_pct": 75.0,
+            "bad_pct": 50.0,  # of those at 3, 4.5 and 5 s one has no truth; 0.5 deg is not bad, 0.51 is
+            "silent_max_s": 1.5,  # from 3 to 4.5 s
+            "silent_end_s": 0.0,
         }
     )
     assert summary["vh"] == pytest.approx(
