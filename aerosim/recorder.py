@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from array import array
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
@@ -43,8 +44,7 @@ class Recorder:
         self._grey = np.uint8 if bits <= 8 else np.uint16
         self._split = 1
         self.keeps_signals = keep_signals
-        self._blocks: list[Array] = []
-        self._used = BLOCK
+        self._sampled = array("d")  # row by row; an array of numpy's takes longer to be given a row
         self.strips: list[tuple[StripMatch, StripUse]] = []
         self.shots: list[Shot] = []
         self.fdm_wall = 0.0
@@ -63,18 +63,14 @@ class Recorder:
         cross_track: float,
     ) -> None:
         """One row of telemetry."""
-        if self._used == BLOCK:
-            self._blocks.append(np.empty((BLOCK, len(RAW))))
-            self._used = 0
-        self._blocks[-1][self._used] = (
-            *aircraft, *air, mount_yaw, estimate.drift, estimate.vh, yaw_read, *below, line, cross_track,
-        )  # fmt: skip
-        self._used += 1
+        self._sampled.extend(
+            (*aircraft, *air, mount_yaw, estimate.drift, estimate.vh, yaw_read, *below, line, cross_track)
+        )
 
     @property
     def duration(self) -> float:
         """Time of the last sample, s."""
-        return float(self._blocks[-1][self._used - 1, 0]) if self._blocks else 0.0
+        return self._sampled[-len(RAW)] if self._sampled else 0.0
 
     def exposure(self, exposure: RowExposure) -> None:
         """Both rows as read."""
@@ -123,10 +119,8 @@ class Recorder:
 
     def samples(self) -> Samples:
         """The telemetry so far."""
-        blocks = (
-            [*self._blocks[:-1], self._blocks[-1][: self._used]] if self._blocks else [np.empty((0, len(RAW)))]
-        )
-        return Samples(dict(zip(RAW, np.concatenate(blocks).T, strict=True)))
+        table = np.array(self._sampled).reshape(-1, len(RAW))
+        return Samples(dict(zip(RAW, table.T, strict=True)))
 
 
 def telemetry_columns(s: Samples) -> Columns:

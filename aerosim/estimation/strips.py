@@ -6,10 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from aerosim.estimation.mad import Trough, correlate, judge, padded, prepared, refine
-from aerosim.signals import Grey, MountReading, Reason, RowExposure, StripMatch
+from aerosim.estimation.mad import Trough, compare, judge, padded, prepared, refine
+from aerosim.signals import MountReading, Reason, RowExposure, StripMatch
 
 NEVER = -(2**62)  # step of an empty slot: it does not come up
+TAKEN_S = 0.01  # grey values are taken as if exposed for so long
 SETTLE_PX = 2.0  # the trough must have been left behind by so many pixels of ground motion
 
 
@@ -79,9 +80,9 @@ class StripRecogniser:
         self._stamps[exposure.number % len(self._stamps)] = exposure.t, mount.yaw
         decided: list[StripMatch] = []
         if self._open:
-            ready = correlate(
-                self._prepared(exposure.row2, exposure.exposure, 0), self._rows1, self._steps, self._settle,
-                self._surfaces, self._least, self._least_step, self._ready,
+            ready = compare(
+                exposure.row2, TAKEN_S / exposure.exposure, self._par.mean_subtracted, self._rows1, self._steps,
+                self._settle, self._surfaces, self._least, self._least_step, self._ready,
             )  # fmt: skip
             if exposure.missing:
                 decided = self._lose(exposure.t)
@@ -93,15 +94,11 @@ class StripRecogniser:
             self._wait -= 1
         return decided
 
-    def _prepared(self, row: Grey, exposure: float, max_shift: int) -> Grey:
-        """Grey values as if exposed for 10 ms, and without their mean if so wanted."""
-        return prepared(row, max_shift, 0.01 / exposure, self._par.mean_subtracted)
-
     def _begin(self, exposure: RowExposure, mount: MountReading) -> None:
         par = self._par
         slot = next(i for i in range(len(self._rows1)) if i not in self._open)
         row1 = padded(exposure.row1, par.max_shift) if par.padded else exposure.row1
-        self._rows1[slot] = self._prepared(row1, exposure.exposure, par.max_shift)
+        self._rows1[slot] = prepared(row1, par.max_shift, TAKEN_S / exposure.exposure, par.mean_subtracted)
         self._steps[slot] = -self._first
         self._open[slot] = _Open(self._strips, exposure.number, exposure.t, mount.yaw)
         self._strips += 1

@@ -91,13 +91,7 @@ class FaultyMount(Mount):
             if part <= 0:
                 continue
             self._step += part
-            if stuck:
-                self._queue.extend([command] * part)
-                for _ in range(part):
-                    self._queue.popleft()
-                self.rate = 0.0
-            else:
-                super().advance(command, part)
+            self._turn(command, part, 0.0 if stuck else self._most)
 
     def read(self, t: float) -> MountReading:
         """See Mount."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import deque
 from typing import NamedTuple
 
 import numpy as np
@@ -39,7 +38,8 @@ class Mount:
         self._dt = dt
         self._follow = 1.0 - math.exp(-dt / parameters.time_constant) if parameters.time_constant > 0.0 else 1.0
         self._most = parameters.rate_limit * dt
-        self._queue: deque[float] = deque([0.0] * round(parameters.delay / dt))
+        self._queue = np.zeros(round(parameters.delay / dt) + 1)  # ring of commands, the newest at _at
+        self._at = 0
         self._rng = rng
         self._noise: list[float] = []
         self.yaw = 0.0
@@ -51,16 +51,14 @@ class Mount:
 
     def advance(self, command: float, steps: int) -> None:
         """Several steps towards the same command."""
-        queue, limit, most, follow = self._queue, self._par.yaw_limit, self._most, self._follow
-        yaw, move = self.yaw, 0.0
-        for _ in range(steps):
-            queue.append(command)
-            target = queue.popleft()
-            target = limit if target > limit else -limit if target < -limit else target
-            move = (target - yaw) * follow
-            move = most if move > most else -most if move < -most else move
-            yaw += move
-        self.yaw, self.rate = yaw, move / self._dt
+        self._turn(command, steps, self._most)
+
+    def _turn(self, command: float, steps: int, most: float) -> None:
+        """Several steps of at most so much (rad) each."""
+        self.yaw, move, self._at = _turned(
+            self._queue, self._at, self.yaw, command, steps, self._par.yaw_limit, most, self._follow
+        )
+        self.rate = move / self._dt
 
     def read(self, t: float) -> MountReading:
         """The encoder's reading at time t (s)."""
@@ -99,6 +97,21 @@ def moved(
         lon + east / ((float(normal) + height) * math.cos(lat)),
         height - down,
     )
+
+
+@njit(cache=True)
+def _turned(
+    queue: Array, at: int, yaw: float, command: float, steps: int, limit: float, most: float, follow: float
+) -> tuple[float, float, int]:  # pragma: no cover - compiled
+    """Yaw after some steps, the last step, and where the newest command stands in the queue."""
+    move = 0.0
+    for _ in range(steps):
+        queue[at] = command
+        at = at + 1 if at + 1 < queue.shape[0] else 0
+        move = (min(max(queue[at], -limit), limit) - yaw) * follow
+        move = min(max(move, -most), most)
+        yaw += move
+    return yaw, move, at
 
 
 @njit(cache=True)

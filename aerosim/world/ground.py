@@ -8,7 +8,6 @@ import numpy as np
 from numba import njit
 
 from aerosim.frames import Array, LocalMap
-from aerosim.raster import Window, WindowedRaster
 from aerosim.rasterfile import Values
 from aerosim.truth import Below
 from aerosim.world.clouds import CloudShadows
@@ -32,22 +31,6 @@ class Spot(NamedTuple):
     shade_place: Array | None = None
 
 
-class _Follower:
-    """One raster's window around the aircraft, and its place as an array."""
-
-    def __init__(self, raster: WindowedRaster) -> None:
-        self._raster = raster
-        self._window: Window | None = None
-        self.place = np.zeros(4)
-
-    def covering(self, e_min: float, n_min: float, e_max: float, n_max: float) -> Values:
-        """Values of the window that holds the area."""
-        window = self._raster.covering(e_min, n_min, e_max, n_max)
-        if window is not self._window:
-            self._window, self.place = window, np.array(window[1:5])
-        return window.values
-
-
 class GroundView:
     """Orthophoto and elevation around the aircraft, as fine as a row's pixel needs."""
 
@@ -57,19 +40,32 @@ class GroundView:
         """local: map grid around the flight.  pixel_m: a row's pixel on the ground; windows are read at half."""
         self._clouds = clouds
         self._local = local
-        self._ortho = _Follower(terrain.orthophoto(pixel_m / 2.0))
-        self._relief = _Follower(terrain.elevation(pixel_m / 2.0))
+        self._rasters = terrain.orthophoto(pixel_m / 2.0), terrain.elevation(pixel_m / 2.0)
+        nothing, nowhere = np.empty((0, 0), np.float32), np.zeros(4)
+        self._windows: tuple[Values, Array, Values, Array] = nothing, nowhere, nothing, nowhere
+        self._e_min = self._n_min = np.inf
+        self._e_max = self._n_max = -np.inf
 
     def around(self, lat: float, lon: float, reach: float, t: float = 0.0) -> Spot:
         """The ground within reach (m) of a point (rad) at time t (s)."""
         grid = self._local(lat, lon)
         e, n = grid[0], grid[1]
-        ortho = self._ortho.covering(e - reach, n - reach, e + reach, n + reach)
-        relief = self._relief.covering(e - reach, n - reach, e + reach, n + reach)
-        spot = Spot(np.array(grid), ortho, self._ortho.place, relief, self._relief.place)
+        if not (
+            e - reach >= self._e_min and n - reach >= self._n_min
+            and e + reach <= self._e_max and n + reach <= self._n_max
+        ):  # fmt: skip
+            self._look(e - reach, n - reach, e + reach, n + reach)
         if self._clouds is None:
-            return spot
-        return spot._replace(shade=self._clouds.shade, shade_place=self._clouds.place(t))
+            return Spot(np.array(grid), *self._windows)
+        return Spot(np.array(grid), *self._windows, self._clouds.shade, self._clouds.place(t))
+
+    def _look(self, e_min: float, n_min: float, e_max: float, n_max: float) -> None:
+        """Take the windows that hold the area (m), and the area that both of them hold."""
+        ortho, relief = (raster.covering(e_min, n_min, e_max, n_max) for raster in self._rasters)
+        self._windows = ortho.values, np.array(ortho[1:5]), relief.values, np.array(relief[1:5])
+        bounds = np.array([ortho.bounds, relief.bounds])
+        self._e_min, self._n_min = bounds[:, :2].max(axis=0).tolist()
+        self._e_max, self._n_max = bounds[:, 2:].min(axis=0).tolist()
 
 
 def below(spot: Spot, heading: float, along: float, across: float) -> Below:
