@@ -54,6 +54,12 @@ def _through(s: float) -> tuple[float, float, float, float]:  # pragma: no cover
 
 
 @njit(inline="always")
+def _around(place: int, ring: int) -> int:  # pragma: no cover - compiled
+    """Place in a ring that may lie up to a turn beyond either end; a division would take as long as a pixel."""
+    return place + ring if place < 0 else place - ring if place >= ring else place
+
+
+@njit(inline="always")
 def _smooth(rows: Grey, row: int, i: int) -> float:  # pragma: no cover - compiled
     """A pixel with its neighbours in the row, as the spline weighs them at a whole place."""
     left, right = max(i - 1, 0), min(i + 1, rows.shape[1] - 1)
@@ -101,9 +107,11 @@ def fine(
             when = unknown[0] + unknown[2] * (i - middle) + bow[i]
             j = int(np.floor(when))
             t0, t1, t2, t3 = _spline(when - j) if slow else _through(when - j)
-            seen = t0 * _smooth(rows2, (j - 1) % ring, i) + t1 * _smooth(rows2, j % ring, i)
-            seen += t2 * _smooth(rows2, (j + 1) % ring, i) + t3 * _smooth(rows2, (j + 2) % ring, i)
-            in_time = (rows2[(j + 1 + reach) % ring, i] - rows2[(j - reach) % ring, i]) / (2.0 * reach + 1.0)
+            j %= ring
+            seen = t0 * _smooth(rows2, _around(j - 1, ring), i) + t1 * _smooth(rows2, j, i)
+            seen += t2 * _smooth(rows2, _around(j + 1, ring), i) + t3 * _smooth(rows2, _around(j + 2, ring), i)
+            later, before = _around(j + 1 + reach, ring), _around(j - reach, ring)
+            in_time = (rows2[later, i] - rows2[before, i]) / (2.0 * reach + 1.0)
             jac[0], jac[1], jac[2] = in_time, -unknown[3] * along_row, in_time * (i - middle)
             jac[3], jac[4] = -value, -1.0
             left = seen - unknown[3] * value - unknown[4]
