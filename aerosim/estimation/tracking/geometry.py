@@ -90,10 +90,17 @@ def between(ring: Array, number: float) -> Array:  # pragma: no cover - compiled
 
 
 @njit(cache=True)
+def ahead(at: Array, spacing: float, focal: float, level: float) -> tuple[float, float]:  # pragma: no cover
+    """Where the middle of row I looks at a row of the attitude ring, north and east of the camera over height."""
+    return ground(attitude(at[ROLL], at[PITCH], at[YAW], level, at[MOUNT]), 0.5 * spacing, 0.0, focal)
+
+
+@njit(cache=True)
 def mismatch(
     ring: Array,
     number: int,
     number1: NDArray[np.int64],
+    seen: Array,
     track: float,
     speed: float,
     spacing: float,
@@ -103,9 +110,10 @@ def mismatch(
 ) -> None:  # pragma: no cover - compiled
     """By how much row II misses the ground of strips in flight now: along and across the camera, px.
 
-    number: exposure now.  number1: (strips,) exposure of each strip's row I, negative for none.  track (rad) and
-    speed (1/s): estimates of track and v/h less what accelerations have added.  out: (strips, 2), filled: along >
-    0: the ground is still ahead of row II; across: the shift mu at which it will be met.
+    number: exposure now.  number1: (strips,) exposure of each strip's row I, negative: none.  seen: (strips, 2),
+    where it looked, see `ahead`.  track (rad) and speed (1/s): estimates of track and v/h less what accelerations
+    have added.  out: (strips, 2), filled: along > 0: the ground is still ahead of row II; across: the shift mu at
+    which it will be met.
     """
     now = ring[number % ring.shape[0]]
     mat_now = attitude(now[ROLL], now[PITCH], now[YAW], level, now[MOUNT])
@@ -116,15 +124,13 @@ def mismatch(
         if number1[s] < 0:
             continue
         then = ring[number1[s] % ring.shape[0]]
-        mat1 = attitude(then[ROLL], then[PITCH], then[YAW], level, then[MOUNT])
-        seen_n, seen_e = ground(mat1, 0.5 * spacing, 0.0, focal)
         span = now[TIME] - then[TIME]
         if span <= 0.0:
             out[s, 0], out[s, 1] = spacing, 0.0
             continue
         angle = track + (now[TURNED] - then[TURNED]) / span
         way = speed * np.exp((now[PUSHED] - then[PUSHED]) / span) * span
-        north, east = seen_n - behind_n - way * np.cos(angle), seen_e - behind_e - way * np.sin(angle)
+        north, east = seen[s, 0] - behind_n - way * np.cos(angle), seen[s, 1] - behind_e - way * np.sin(angle)
         out[s, 0] = focal * (ch * north + sh * east)
         # row I index = row II index + mu: the ground of row II's middle lies -east px right of row I's
         out[s, 1] = -focal * (-sh * north + ch * east)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+from numba import njit
 
+from aerosim.frames import Array
 from aerosim.signals import Grey
 
 MEMORY = 64.0  # rows
@@ -25,14 +27,23 @@ class Health:
 
         A row without any contrast in time (water, a blind row) says nothing about single pixels: all count.
         """
-        self._seen += 1
-        share = max(1.0 / MEMORY, 1.0 / self._seen)
-        off = row - self._mean if self._seen > 1 else np.zeros(len(row))
-        if self._seen == 1:
+        if self._seen == 0:
             self._mean[:] = row
-        self._mean += share * off
-        self._variance += share * (off * off - self._variance)
-        usual = float(np.median(self._variance))
-        if self._seen < SURE or usual < 1.0:
-            return np.ones(len(row), np.float32)
-        return (self._variance > DEAD * usual).astype(np.float32)
+        self._seen += 1
+        weights: Grey = _watched(row, self._mean, self._variance, max(1.0 / MEMORY, 1.0 / self._seen))
+        return weights if self._seen >= SURE else np.ones(len(row), np.float32)
+
+
+@njit(cache=True)
+def _watched(row: Grey, mean: Array, variance: Array, share: float) -> Grey:  # pragma: no cover - compiled
+    """Weights of the pixels; mean and variance (pixels,) take a share of the row."""
+    for i in range(row.shape[0]):
+        off = row[i] - mean[i]
+        mean[i] += share * off
+        variance[i] += share * (off * off - variance[i])
+    usual = np.median(variance)
+    weights = np.ones(row.shape[0], np.float32)
+    for i in range(row.shape[0]):
+        if usual >= 1.0 and variance[i] <= DEAD * usual:
+            weights[i] = 0.0
+    return weights

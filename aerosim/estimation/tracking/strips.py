@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from aerosim.estimation.mad import Trough, judge
 from aerosim.estimation.tracking.fine import REACH_PX, Fine, fine
-from aerosim.estimation.tracking.geometry import MOUNT, TIME, YAW, between, mismatch, passed
+from aerosim.estimation.tracking.geometry import MOUNT, TIME, YAW, ahead, between, mismatch, passed
 from aerosim.estimation.tracking.health import Health
 from aerosim.estimation.tracking.rays import Rays
 from aerosim.estimation.tracking.window import FLAT_GREY, moments, surface
@@ -93,7 +93,7 @@ class Strips:
         self._end = np.full(slots, -1, np.int64)
         self._near = np.full(slots, np.inf)
         self._centre = np.zeros(slots)
-        self._miss = np.zeros((slots, 2))
+        self._seen, self._miss = np.zeros((slots, 2)), np.zeros((slots, 2))
         self._health = Health(s.pixels)
         self._weights = np.ones(s.pixels, np.float32)
         self._half, self._slant = s.max_shift, 0.0
@@ -133,6 +133,7 @@ class Strips:
         if self._number1[slot] >= 0:
             return
         self._rows1[slot] = exposure.row1 * scale
+        self._seen[slot] = ahead(self.ring[at], self._apart, s.focal_px, s.level)
         self._number1[slot], self._id[slot] = number, self._strips
         self._begin[slot] = self._end[slot] = -1
         self._near[slot], self._looked[slot] = np.inf, False
@@ -156,8 +157,8 @@ class Strips:
         s = self._setup
         self._half, self._slant = window.half, window.slant
         count = _follow(
-            self.ring, number, self._number1, track, speed, self._apart, s.focal_px, s.level, window.along,
-            s.pixels, self._behind / self._steps_per_px, self._first, self._last,
+            self.ring, number, self._number1, self._seen, track, speed, self._apart, s.focal_px, s.level,
+            window.along, s.pixels, self._behind / self._steps_per_px, self._first, self._last,
             self._begin, self._end, self._near, self._centre, self._miss, self._looked,
         )  # fmt: skip
         return np.flatnonzero(self._looked & (self._number1 >= 0)).tolist() if count else []
@@ -258,6 +259,7 @@ def _follow(
     ring: Array,
     number: int,
     number1: Counts,
+    seen: Array,
     track: float,
     speed: float,
     spacing: float,
@@ -276,7 +278,7 @@ def _follow(
     over: NDArray[np.bool_],
 ) -> int:  # pragma: no cover - compiled
     """Note which exposures lie within each strip's window; marks the strips whose window is over, counts them."""
-    mismatch(ring, number, number1, track, speed, spacing, focal, level, miss)
+    mismatch(ring, number, number1, seen, track, speed, spacing, focal, level, miss)
     now = ring[number % ring.shape[0]]
     count = 0
     for s in range(number1.shape[0]):

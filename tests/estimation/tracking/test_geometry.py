@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from aerosim.estimation.tracking.geometry import mismatch
+from aerosim.estimation.tracking.geometry import ahead, mismatch
 
 SPACING, FOCAL, VH = 39.7, 132.6, 0.025
 
@@ -18,7 +18,8 @@ def missed(track: float, span: float, roll1: float = 0.0, pitch1: float = 0.0) -
     ring[0, 1:3] = roll1, pitch1
     ring[1, 0] = span
     out = np.zeros((1, 2))
-    mismatch(ring, 1, np.zeros(1, np.int64), track, VH, SPACING, FOCAL, 0.0, out)
+    seen = np.array([ahead(ring[0], SPACING, FOCAL, 0.0)])
+    mismatch(ring, 1, np.zeros(1, np.int64), seen, track, VH, SPACING, FOCAL, 0.0, out)
     return float(out[0, 0]), float(out[0, 1])
 
 
