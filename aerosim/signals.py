@@ -129,7 +129,8 @@ class MotionEstimate(NamedTuple):
     """What the estimator believes now.  drift: track - aircraft heading, rad; vh: speed-to-height ratio, 1/s.
 
     sigma_*: standard deviations of the filter (rad, 1/s).  valid: False before the first accepted strip; until
-    then seek (rad) is the mount yaw at which the track is looked for.
+    then seek (rad) is the mount yaw at which the track is looked for.  held: carried on without strips.  pitch: of
+    the camera, rad; yaw_rate: of the airframe, rad/s; both 0 if nobody has told.
     """
 
     t: float
@@ -141,6 +142,7 @@ class MotionEstimate(NamedTuple):
     seek: float = 0.0
     held: bool = False
     pitch: float = 0.0
+    yaw_rate: float = 0.0
 
 
 class CameraCommand(NamedTuple):

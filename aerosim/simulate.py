@@ -112,7 +112,7 @@ def _loop(m: Mission, log: Recorder, progress: Progress | None) -> None:
             yaw_read = reading.yaw
         if sees or records:
             estimate = observer.now()
-            command = camera_command(m.control, estimate)
+            command = camera_command(m.control, estimate, command.mount_yaw)
             camera.step(t, line, command, until * m.dt)
         if camera.due(t):
             log.shot(camera.expose(aircraft, mount))

@@ -37,8 +37,9 @@ def line_figures(
     base, ahead = interval * speed, camera.rows / camera.focal_px
     exposure, focal = scenario.frame_camera.exposure_s, camera.focal_px
     blur = focal * exposure * speed / agl
-    # what the compensation by the mean v/h leaves over the highest and the lowest ground
-    left = blur * max(abs(1.0 - agl / (plan.height - level)) for level in (heights.high, heights.low))
+    # what compensation by the mean v/h, as fast as the camera can, leaves over the highest and the lowest ground
+    taken = min(1.0, scenario.frame_camera.fmc_limit * agl / speed)
+    left = blur * max(abs(taken - agl / (plan.height - level)) for level in (heights.high, heights.low))
     return {
         "course_deg": math.degrees(line.course) % 360.0,
         "length_m": line.length,

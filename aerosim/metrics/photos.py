@@ -74,6 +74,7 @@ def photo_table(
     table["crab_deg"] = np.degrees([m.crab for m in measures])
     table["tilt_deg"] = np.degrees([m.tilt for m in measures])
     table["blur_px"] = np.array([m.blur for m in measures])
+    table["fmc_deg_s"] = np.degrees([shot.fmc_rate for shot in shots])
     table["gsd_m"] = np.array([m.gsd for m in measures])
     table.update(_corner_columns(shots, camera, measures))
     table["terrain_mean_height_m"] = np.array([m.ground.mean_height for m in measures])

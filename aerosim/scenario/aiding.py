@@ -18,7 +18,11 @@ def unaided(scenario: Scenario) -> list[Problem]:
 def _inertial(scenario: Scenario) -> list[Problem]:
     aiding, mode, navigation = scenario.estimation.aiding, scenario.control.mode, scenario.navigation
     if aiding == "none":
-        return []
+        lead = scenario.control.yaw_lead_s
+        if lead == 0.0:
+            return []
+        problem = "is a feed-forward of a gyro, and there is none"
+        return [("control.yaw_lead_s", problem, "allowed: 0, or estimation.aiding: gyro, bank, imu")]
     key = "estimation.aiding"
     if mode != "best":
         return [(key, f"{aiding} needs control.mode best, which here is {mode}", "allowed: none")]

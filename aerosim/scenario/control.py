@@ -35,3 +35,12 @@ class Control(Section):
     )
     end_lap_pct: float = Field(default=60.0, ge=0, le=95, description="wanted overlap of successive photos")
     fmc: bool = Field(default=True, description="forward-motion compensation by the measured v/h")
+    yaw_lead_s: float | None = Field(
+        default=0.0,
+        ge=0,
+        le=10,
+        description="feed-forward of the gyro's yaw rate over this time; null: the mount's lag and delay; 0: none",
+    )
+    yaw_dead_band_deg: float = Field(
+        default=0.0, ge=0, le=30, description="smaller changes of the yaw are not commanded"
+    )

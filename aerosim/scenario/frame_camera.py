@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import inf
 from typing import Annotated
 
 from pydantic import Field, model_validator
@@ -24,10 +25,21 @@ class FrameCamera(Section):
     shutter_delay_s: float = Field(
         default=0.05, ge=0, le=10, description="from the trigger to the exposure's start"
     )
+    fmc_limit_mm_s: float | None = Field(
+        default=64.0,
+        ge=0,
+        le=10000,
+        description="fastest motion compensation, as motion of the film; null: no limit",
+    )
     write: bool = Field(default=False, description="write the pictures (grey, 8 bits), not only their geometry")
     render_pixel_um: float | None = Field(
         default=None, ge=0.5, le=10000, description="pixel of the written pictures; null: pixel_um"
     )
+
+    @property
+    def fmc_limit(self) -> float:
+        """Fastest motion compensation as an angular rate, rad/s."""
+        return inf if self.fmc_limit_mm_s is None else self.fmc_limit_mm_s / self.focal_mm
 
     @model_validator(mode="after")
     def _can_be_built(self) -> FrameCamera:

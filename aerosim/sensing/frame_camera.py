@@ -14,11 +14,15 @@ SMOOTH = 0.3  # of each change of the lead goes into its rate: readings are nois
 
 
 class ShutterParameters(NamedTuple):
-    """exposure: s.  delay: from the trigger to the opening, s.  rest: shortest time between two triggers, s."""
+    """exposure: s.  delay: from the trigger to the opening, s.  rest: shortest time between two triggers, s.
+
+    fmc_limit: fastest forward-motion compensation, rad/s.
+    """
 
     exposure: float
     delay: float
     rest: float = 0.0
+    fmc_limit: float = math.inf
 
 
 class _Pending(NamedTuple):
@@ -35,6 +39,7 @@ class FrameCamera:
         """dt: step, s."""
         self._lag = parameters.delay + parameters.exposure / 2.0
         self._rest, self._ready = parameters.rest, -math.inf
+        self._fmc_limit = parameters.fmc_limit
         self._dt = dt
         self._elapsed = 1.0
         self._lead = self._lead_shot = 0.0
@@ -60,7 +65,8 @@ class FrameCamera:
             done = self._elapsed + lead - self._lead_shot
             wait = max((1.0 - done) / rate, self._ready - t, 0.0) if rate > 0.0 else span
             while wait < span:
-                self._pending.append(_Pending(t + wait + self._lag, line, command.interval, command.fmc_rate))
+                fmc = min(command.fmc_rate, self._fmc_limit)
+                self._pending.append(_Pending(t + wait + self._lag, line, command.interval, fmc))
                 self._lead_shot = command.left + left_growth * (self._lag + wait)
                 self._elapsed = -wait / command.interval
                 self._ready = t + wait + self._rest

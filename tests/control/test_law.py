@@ -102,3 +102,31 @@ def test_v_over_h_that_nobody_has_read_is_the_planned_one() -> None:
     command = camera_command(FOLLOW, believed(3.0, math.nan))
     assert command.mount_yaw == pytest.approx(math.radians(3.0))
     assert command.interval == pytest.approx(FOLLOW.base_ratio / FOLLOW.planned_vh)
+
+
+def test_a_lead_sets_the_yaw_to_what_the_drift_will_be() -> None:
+    """The nose turns right by 2 deg/s: 0.15 s later the drift is 0.3 deg less."""
+    turning = believed(5.0, 0.02)._replace(yaw_rate=math.radians(2.0))
+    ahead = camera_command(replace(FOLLOW, yaw_lead=0.15), turning)
+    assert math.degrees(ahead.mount_yaw) == pytest.approx(4.7)
+    assert math.degrees(camera_command(FOLLOW, turning).mount_yaw) == pytest.approx(5.0)
+
+
+def test_a_change_within_the_dead_band_is_not_commanded() -> None:
+    par, held = replace(FOLLOW, dead_band=math.radians(0.5)), math.radians(4.0)
+    assert camera_command(par, believed(4.49, 0.02), held).mount_yaw == held
+    assert camera_command(par, believed(3.51, 0.02), held).mount_yaw == held
+    assert math.degrees(camera_command(par, believed(4.51, 0.02), held).mount_yaw) == pytest.approx(4.51)
+    assert math.degrees(camera_command(par, believed(4.3, 0.02)).mount_yaw) == pytest.approx(4.3)  # the first
+
+
+def test_dead_band_leaves_its_sawtooth() -> None:
+    """A drift that grows evenly: the camera follows in steps, off by 0 to the dead band, 1/sqrt(3) of it rms."""
+    par, held, off = replace(FOLLOW, dead_band=math.radians(0.2)), math.nan, []
+    for k in range(20000):
+        drift = 1e-4 * k  # deg
+        held = camera_command(par, believed(drift, 0.02), held).mount_yaw
+        off.append(drift - math.degrees(held))
+    # in steps of 1e-4 deg of 0.2: one part in 2000
+    assert max(map(abs, off)) == pytest.approx(0.2, rel=1e-3)
+    assert math.sqrt(sum(x * x for x in off) / len(off)) == pytest.approx(0.2 / math.sqrt(3.0), rel=2e-3)

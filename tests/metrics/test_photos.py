@@ -12,7 +12,7 @@ CORNERS = ["front_left", "front_right", "rear_right", "rear_left"]
 CONTRACT = [
     *["photo", "t_s", "line"],
     *[f"{name}_{kind}_{unit}" for kind in ("true", "measured", "smoothed") for name, unit in POSE],
-    *["interval_s", "end_lap_pct", "end_lap_terrain_pct", "crab_deg", "tilt_deg", "blur_px", "gsd_m"],
+    *["interval_s", "end_lap_pct", "end_lap_terrain_pct", "crab_deg", "tilt_deg", "blur_px", "fmc_deg_s", "gsd_m"],
     *[f"corner_{corner}_{axis}_deg" for corner in CORNERS for axis in ("lat", "lon")],
     *["verdict", "file"],
 ]
@@ -100,6 +100,7 @@ def test_compensation_cancels_level_flight_and_leaves_what_v_h_is_wrong() -> Non
     assert one(fmc_rate=0.0)["blur_px"] == pytest.approx(whole, rel=1e-4)
     assert one()["blur_px"] == pytest.approx(0.0, abs=1e-3 * whole)
     assert one(fmc_rate=0.9 * RATE)["blur_px"] == pytest.approx(0.1 * whole, rel=5e-3)
+    assert one(fmc_rate=0.9 * RATE)["fmc_deg_s"] == pytest.approx(np.degrees(0.9 * RATE))
     assert one(fmc_rate=1.1 * RATE)["blur_px"] == pytest.approx(0.1 * whole, rel=5e-3)
 
 

@@ -104,6 +104,11 @@ def test_aiding_needs_the_unit(write: Write, good: str) -> None:
         (["control.mode=gnss_ins", "navigation.gnss.velocity_sigma_m_s=-1"], "--set navigation.gnss.velocity_sigma_m_s: -1 is out of range (allowed: at least 0, at most 100)"),
         (["control.navigator.least_deg=0"], "--set control.navigator.least_deg: 0 is out of range (allowed: at least 1, at most 10)"),
         (["control.navigator.offset_sigma_m=3"], "--set control.navigator.offset_sigma_m: unknown key here (did you mean flight.navigator.offset_sigma_m?)"),
+        (["control.yaw_lead_s=0.1"], "--set control.yaw_lead_s: is a feed-forward of a gyro, and there is none (allowed: 0, or estimation.aiding: gyro, bank, imu)"),
+        (["control.yaw_lead_s=null"], "--set control.yaw_lead_s: is a feed-forward of a gyro, and there is none (allowed: 0, or estimation.aiding: gyro, bank, imu)"),
+        (["control.yaw_lead_s=-1"], "--set control.yaw_lead_s: -1 is out of range (allowed: at least 0, at most 10)"),
+        (["control.yaw_dead_band_deg=31"], "--set control.yaw_dead_band_deg: 31 is out of range (allowed: at least 0, at most 30)"),
+        (["frame_camera.fmc_limit_mm_s=-1"], "--set frame_camera.fmc_limit_mm_s: -1 is out of range (allowed: at least 0, at most 10000)"),
         (["navigation.imu.level_time_s=0"], "--set navigation.imu.level_time_s: 0 is out of range (allowed: more than 0, at most 100000)"),
     ],
 )  # fmt: skip

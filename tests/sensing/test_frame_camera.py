@@ -47,6 +47,18 @@ def on(*lines):
     return lambda t: next((n for n, a, b in lines if a - 1e-9 <= t < b - 1e-9), -1)
 
 
+def test_compensation_is_no_faster_than_the_camera_can():
+    camera = FrameCamera(ShutterParameters(0.003, 0.05, fmc_limit=0.021), DT)
+    mount = Mount(MountParameters(0.5, 1.0, 0.1, 0.0, 0.0), DT, np.random.default_rng(1))
+    # 0.02 rad/s before 5 s, 0.03 after; 2 s from photo to photo
+    rates = [
+        camera.expose(state(step * DT)[0], mount).fmc_rate
+        for step in range(round(10.0 / DT))
+        if camera.step(step * DT, 0, CameraCommand(0.0, 2.0, 0.02 if step * DT < 5.0 else 0.03))
+    ]
+    assert rates == [0.02, 0.02, 0.02, 0.021, 0.021]
+
+
 @pytest.mark.parametrize("start", [0.0, 2.0, 125 * DT])
 def test_first_photo_is_at_the_start_of_the_line(start):
     shots = fly(10.0, lambda t: 4.0, on((3, start, 99.0)))

@@ -14,6 +14,7 @@ from aerosim.estimation.tracking.lag_filter import WalkModel
 from aerosim.estimation.tracking.levelling import Levelled
 from aerosim.estimation.tracking.strips import Strips, StripSetup, Window
 from aerosim.estimation.tracking.supervisor import State, Supervisor
+from aerosim.estimation.tracking.yaw_rate import YawRate
 from aerosim.frames import GRAVITY
 from aerosim.signals import (
     Aids,
@@ -76,6 +77,7 @@ class Tracker:
         self._speed = Channel(par.vh, step, reach, par.floor_vh, par.noise_vh)
         self._roll = Levelled(par.gyro_drift, par.level_sigma, par.level_time)
         self._pitch = Levelled(par.gyro_drift, par.level_sigma, par.level_time)
+        self._yaw_rate = YawRate()
         self._angles = (0.0, 0.0, 0.0)  # roll, pitch, yaw in the gyro's frame
         self._void()
 
@@ -109,6 +111,7 @@ class Tracker:
         roll = self._roll(unit.t, unit.roll, unit.level_roll)
         pitch = self._pitch(unit.t, unit.pitch, unit.level_pitch)
         self._angles = (roll, pitch, unit.yaw)
+        self._yaw_rate(unit.t, unit.yaw)
         span = unit.t - self._t if not math.isnan(self._t) else 0.0
         self._t = unit.t
         if span <= 0.0 or self._guard.state is State.SEEKING or self._par.aiding == "gyro":
@@ -169,6 +172,7 @@ class Tracker:
             True,
             held=self._guard.state is State.HELD,
             pitch=pitch,
+            yaw_rate=self._yaw_rate.rate,
         )
 
     # beliefs

@@ -30,7 +30,7 @@ def camera_of(scenario: Scenario) -> Camera:
 def shutter_of(scenario: Scenario) -> ShutterParameters:
     """Parameters of the frame camera's shutter."""
     frame = scenario.frame_camera
-    return ShutterParameters(frame.exposure_s, frame.shutter_delay_s, frame.min_interval_s)
+    return ShutterParameters(frame.exposure_s, frame.shutter_delay_s, frame.min_interval_s, frame.fmc_limit)
 
 
 def mount_of(scenario: Scenario, trim_pitch: float) -> MountParameters:
@@ -104,8 +104,9 @@ def motion_of(scenario: Scenario) -> MotionParameters:
 
 def control_of(scenario: Scenario, vh: float) -> ControlParameters:
     """Parameters of the controller.  vh: planned, 1/s."""
-    frame, control = scenario.frame_camera, scenario.control
+    frame, control, mount = scenario.frame_camera, scenario.control, scenario.mount
     follow = control.mode != "fixed"
+    late = mount.time_constant_s + mount.delay_s
     return ControlParameters(
         base_ratio=(1.0 - control.end_lap_pct / 100.0) * frame.format_mm[0] / frame.focal_mm,
         half_format=0.5 * frame.format_mm[0] / frame.focal_mm,
@@ -114,4 +115,6 @@ def control_of(scenario: Scenario, vh: float) -> ControlParameters:
         follow_drift=follow,
         follow_vh=follow,
         fmc=control.fmc,
+        yaw_lead=late if control.yaw_lead_s is None else control.yaw_lead_s,
+        dead_band=radians(control.yaw_dead_band_deg),
     )
