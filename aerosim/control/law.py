@@ -36,8 +36,8 @@ def camera_command(par: ControlParameters, estimate: MotionEstimate, held: float
     The mount's yaw is set to the drift, which leaves no crab (crab = drift - mount yaw), or to where the track is
     looked for while none is known.  A nose that turns takes the drift with it: with a lead the yaw is set to what
     the drift will be then.  The interval is the time in which the ground moves by the wanted base,
-    base_ratio/(v/h), never below the camera's shortest.  An estimate that knows the pitch tells the trigger how far
-    the footprint lies ahead: end lap is of footprints.
+    base_ratio/(v/h), never below the camera's shortest.  An estimate that knows the pitch tells the trigger how
+    far the footprint lies ahead: end lap is of footprints.
     """
     yaw = 0.0
     if par.follow_drift:
