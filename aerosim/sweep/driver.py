@@ -140,7 +140,7 @@ class _Course:
         self.spec, self.out, self.progress = spec, out, progress
         self.book = Book(spec)
         self.started = time.monotonic()
-        self.flown, self.to_fly = 0, spec.size
+        self.flown, self.to_fly, self._found = 0, spec.size, 0
         self._again: set[str] = set()  # failed runs that are flown anew: their old files are there
         self._table_at, self._table_cost = self.started, 0.0
 
@@ -152,7 +152,8 @@ class _Course:
                 self.book.add(result)
             else:
                 self._again.add(result.id)
-        self.to_fly = self.book.wanted - sum(1 for _ in self.book.counted())
+        self._found = sum(1 for _ in self.book.counted())
+        self.to_fly = self.book.wanted - self._found
         journal.info("resumed: %d runs are there", len(self.book.results))
 
     def missing(self, cache: Path | None, workers: int) -> Iterator[Task]:
@@ -161,7 +162,7 @@ class _Course:
         for task in self.spec.tasks(self.out, str(cache) if shared else "", order):
             if self.book.stopped is not None:
                 return
-            if task.id not in self.book.results:
+            if task.id not in self.book.results and task.seed <= self.book.last(task.point):
                 yield task
 
     def fly(self, executor: Executor, cache: Path | None) -> tuple[str, End | None]:
@@ -194,6 +195,7 @@ class _Course:
             journal.info("point %d, seed %d failed: %s", result.point, result.seed, result.reason)
         self.book.add(result)
         self.flown += 1
+        self.to_fly = self.book.wanted - self._found
         self._tell()
         now = time.monotonic()
         if now - self._table_at > max(TABLE_EVERY_S, self._table_cost / TABLE_SHARE):
@@ -206,7 +208,11 @@ class _Course:
 
     def _sentence(self) -> str:
         """How the sweep ended, for the report."""
-        if self.book.stopped is None or self.book.stopped >= self.spec.seeds:
+        rule, early = self.spec.stop_when, self.book.wanted < self.spec.size
+        if rule is not None and rule.each and early:
+            stops = sorted(self.book.last(point.number) for point in self.spec.points)
+            return f"Points stopped after {stops[0]} to {stops[-1]} of {self.spec.seeds} seeds: {rule}."
+        if self.book.stopped is None or not early:
             return ""
         return f"Stopped after {self.book.stopped} of {self.spec.seeds} seeds: {self.spec.stop_when} holds."
 

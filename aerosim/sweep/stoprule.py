@@ -18,8 +18,13 @@ from aerosim.sweep.matrix import identity
 LEVEL = 0.95  # of the confidence intervals
 LEAST = 10  # runs of a point before the rule may stop: a variance of fewer is too often small by chance
 EARLY = 1.1825  # runs by which looking after each run stops early on average, Woodroofe (1977), normal law
-FORM = re.compile(r"(?P<metric>[\w.]+)(\[(?P<key>[\w.]+)=(?P<a>[^,\]]+),(?P<b>[^,\]]+)\])?:(?P<width>[^:]+)")
-ALLOWED = "METRIC:HALFWIDTH, METRIC:5% of the mean, or METRIC[KEY=A,B]:HALFWIDTH, above 0 in the metric's unit"
+FORM = re.compile(
+    r"(?P<metric>[\w.]+)(\[(?P<key>[\w.]+)=(?P<a>[^,\]]+),(?P<b>[^,\]]+)\])?:(?P<width>[^:]+)(?P<each>:each)?"
+)
+ALLOWED = (
+    "METRIC:HALFWIDTH, METRIC:5% of the mean, either with :each for points that stop by themselves, "
+    "or METRIC[KEY=A,B]:HALFWIDTH; HALFWIDTH above 0 in the metric's unit"
+)
 
 
 class Look(NamedTuple):
@@ -41,7 +46,8 @@ class StopRule:
 
     metric: dotted path of the summary.  half_width: in the metric's unit; relative: as part of each mean's size.
     key, a, b: with a key, the mean of the paired difference (at `a` less at `b`) at each point of the other keys.
-    level: of the interval.
+    level: of the interval.  each: a point that is known so well is not flown again, whatever the others do; the
+    sweep ends when all are.
 
     The rule looks after each whole seed, in the order of the seeds, never in the order in which runs end: the
     result does not depend on the number of workers, and quick runs are not preferred.  With k values of standard
@@ -59,6 +65,7 @@ class StopRule:
     b: Any = None
     level: float = LEVEL
     relative: bool = False
+    each: bool = False
 
     @classmethod
     def parse(cls, text: str) -> StopRule:
@@ -66,10 +73,11 @@ class StopRule:
         found = FORM.fullmatch(text.strip())
         relative = found is not None and found["width"].endswith("%")
         width = _number(found["width"].rstrip("%")) if found else math.nan
-        if found is None or not (0.0 < width < math.inf) or (relative and found["key"]):
+        if found is None or not (0.0 < width < math.inf) or (found["key"] and (relative or found["each"])):
             raise InputError(f"{text!r} is no rule for stopping", key="--stop-when", allowed=ALLOWED)
         if found["key"] is None:
-            return cls(found["metric"], width / 100.0 if relative else width, relative=relative)
+            part = width / 100.0 if relative else width
+            return cls(found["metric"], part, relative=relative, each=found["each"] is not None)
         a, b = _scalar(found["a"]), _scalar(found["b"])
         if a == b:
             raise InputError(f"{text!r} compares a value with itself", key="--stop-when", allowed=ALLOWED)
@@ -79,7 +87,7 @@ class StopRule:
         """The form that `parse` reads."""
         pair = f"[{self.key}={self.a},{self.b}]" if self.key else ""
         width = f"{100.0 * self.half_width:g}%" if self.relative else f"{self.half_width:g}"
-        return f"{self.metric}{pair}:{width}"
+        return f"{self.metric}{pair}:{width}{':each' if self.each else ''}"
 
     def allowed(self, means: Array) -> Array:
         """Half widths up to which the rule holds, for means of any shape; both in the metric's unit."""

@@ -163,6 +163,42 @@ def test_the_rule_for_stopping_does_not_see_who_is_quicker(tmp_path: Path) -> No
     assert same(again.table, ended[0].table)
 
 
+def test_points_that_stop_by_themselves_do_not_see_who_is_quicker(tmp_path: Path) -> None:
+    """Means 0 to 3 with deviations of 1: each point is flown until its own mean is known, and no longer."""
+    rule = StopRule("crab.residual_rms_deg", 0.5, each=True)
+    fliers = [Shuffled(k, ahead) for k, ahead in enumerate((1, 7, 40))]
+    ended = [drive(spec(seeds=200, stop_when=rule), tmp_path / f"s{k}", flier) for k, flier in enumerate(fliers)]
+    assert all(same(each.table, ended[0].table) for each in ended)
+    flown = np.unique(ended[0].table["point"].to_pylist(), return_counts=True)[1]
+    for point, count in enumerate(flown):
+        x = np.array([np.random.default_rng([point, seed]).normal(point, 1.0) for seed in range(1, 201)])
+        alone = StopRule("crab.residual_rms_deg", 0.5)
+        assert count == alone.first(x[None, :], [{}])
+    assert len(set(flown)) > 1
+    summary = ended[0].summary
+    assert (summary["runs"], summary["done"], summary["seeds"]) == (flown.sum(), flown.sum(), flown.max())
+    assert fliers[0].flown <= flown.sum() + 1
+    told = f"Points stopped after {flown.min()} to {flown.max()} of 200 seeds"
+    assert told in (ended[0].path / "report.html").read_text()
+    idle = Shuffled(1, 3)
+    assert same(drive(spec(seeds=200, stop_when=rule), tmp_path / "s2", idle, resume=True).table, ended[0].table)
+    assert idle.flown == 0
+    # a harder rule goes on from there, at the points that need it
+    harder = StopRule("crab.residual_rms_deg", 0.4, each=True)
+    more = drive(spec(seeds=200, stop_when=harder), tmp_path / "s2", idle, resume=True)
+    whole = drive(spec(seeds=200, stop_when=harder), tmp_path / "new", Shuffled(5, 2))
+    assert same(more.table, whole.table)
+
+
+def test_a_point_that_never_stops_by_itself_is_flown_to_the_last_seed(tmp_path: Path) -> None:
+    rule = StopRule("crab.residual_rms_deg", 0.05, relative=True, each=True)  # of a mean of 0 at point 0
+    ended = drive(spec(seeds=30, stop_when=rule), tmp_path / "s", Shuffled(3, 2, frozenset({1})))
+    flown = np.unique(ended.table["point"].to_pylist(), return_counts=True)[1]
+    assert flown.tolist() == [30, 30, 30, 30]
+    assert not ended.summary["stopped_early"]
+    assert ended.summary["failed"] == 30
+
+
 def test_interrupted_it_keeps_its_table_and_goes_on(tmp_path: Path) -> None:
     def stop(ended: float, _: float) -> None:
         if ended >= 3:

@@ -220,6 +220,8 @@ def test_the_forecast_is_of_the_right_size() -> None:
         ("vh.error_rms_pct:1e-2", StopRule("vh.error_rms_pct", 0.01)),
         ("m:5%", StopRule("m", 0.05, relative=True)),
         ("m:0.5%", StopRule("m", 0.005, relative=True)),
+        ("m:0.5%:each", StopRule("m", 0.005, relative=True, each=True)),
+        ("m:2:each", StopRule("m", 2.0, each=True)),
         ("m[control.mode=fixed,ideal]:0.1", StopRule("m", 0.1, "control.mode", "fixed", "ideal")),
         ("m[air.wind.speed_m_s=10,20.5]:2", StopRule("m", 2.0, "air.wind.speed_m_s", 10, 20.5)),
     ],
@@ -247,6 +249,8 @@ def test_rules_are_read_and_written(text: str, rule: StopRule) -> None:
         "m:%",
         "m:-5%",
         "m[k=a,b]:5%",
+        "m[k=a,b]:1:each",
+        "m:each",
     ],
 )
 def test_rules_that_are_none(text: str) -> None:
