@@ -31,7 +31,7 @@ class Filtered:
     x: (n,), unit of the series.  cov_band: (n, width + 1), [t, h] is the covariance of the errors at t and t + h,
     width at least p + d.  loglik: logarithm of the likelihood.  residuals: y - x (n,), NaN where missing.
     redundancy_n: of each observation (n,); redundancy_e: of each process equation (n - m,), between 0 and 1.
-    errors_e: A x (n - m,).
+    errors_e: A x (n - m,).  factor: of the normal equations (n, m + 1).  y, weights: what was smoothed, (n,) each.
     """
 
     process: Process
@@ -43,6 +43,7 @@ class Filtered:
     redundancy_e: Array
     errors_e: Array
     factor: Array
+    y: Array
     weights: Array
 
     @property
@@ -99,7 +100,7 @@ def filter_series(
     )
     return Filtered(
         process, x, Z, -0.5 * float(two_l), v, np.where(there, 1.0 - w * Z[:, 0] * inv_n, 0.0),
-        1.0 - uu * equation * inv_e, e, L, w,
+        1.0 - uu * equation * inv_e, e, L, y, w,
     )  # fmt: skip
 
 
@@ -153,4 +154,4 @@ def filter_ari(
     trend = trend_of(strip, d)
     rest = np.where(strip.w > 0.0, strip.y - trend, 0.0)
     out = filter_series(rest, strip.w, process, start=start, width=width, u=u)
-    return replace(out, x=out.x + trend)
+    return replace(out, x=out.x + trend, y=out.y + trend)

@@ -145,12 +145,12 @@ class Process:
         z = np.exp(-1j * np.asarray(omega, float))
         return np.asarray(np.abs(np.polynomial.polynomial.polyval(z, self.c)) ** 2)
 
-    def filtered(self, lags: int) -> tuple[float, Array]:
+    def filtered(self, lags: int, points: int = 1 << 14) -> tuple[float, Array]:
         """Standard deviation and correlations r(0 ... lags) of the error far from the ends.
 
-        Closed form: the error's spectrum is sn^2/(1 + (sn/se)^2 |c|^2).
+        Closed form: the error's spectrum is sn^2/(1 + (sn/se)^2 |c|^2).  points: frequencies of the mean over it.
         """
-        omega = (np.arange(1 << 14) + 0.5) * np.pi / (1 << 14)
+        omega = (np.arange(points) + 0.5) * np.pi / points
         spectrum = self.sigma_n**2 / (1.0 + (self.sigma_n / self.sigma_e) ** 2 * self.transfer(omega))
         cov = np.array([np.mean(spectrum * np.cos(h * omega)) for h in range(lags + 1)])
         return float(np.sqrt(cov[0])), cov / cov[0]
