@@ -100,7 +100,7 @@ def wind_words(sweep: Sweep, wind: Any) -> str:
     slow, flight = sweep.spec.scenario.air.slow_wind, sweep.spec.scenario.flight
     sigma = slow.sigma_m_s if wind is None else wind
     walk = 2.0 * np.degrees(sigma / flight.airspeed_m_s) ** 2 / slow.time_constant_s
-    return f"slow wind of {sigma:g} m/s and {slow.time_constant_s:g} s, b2 = {walk:.2g} deg2/s"
+    return f"slow wind of {sigma:g} m/s and {slow.time_constant_s:g} s, b2 = {walk:.3g} deg2/s"
 
 
 def table(sweep: Sweep, metric: Metric, wind: Any) -> list[str]:
@@ -213,6 +213,7 @@ def picture(sweep: Sweep, file: Path) -> None:
     """Crab residual against turbulence, a curve with its band for each mode, limits grey."""
     from make_figures import save
 
+    limits = {} if sweep.spec.scenario.name in NO_LIMITS else CRAB
     with plots.style() as figure_class:
         figure = figure_class(figsize=(10.0, 4.6), layout="constrained", dpi=120)
         axes = figure.subplots(1, len(winds(sweep)), sharey=True, squeeze=False)[0]
@@ -220,11 +221,11 @@ def picture(sweep: Sweep, file: Path) -> None:
             found = means_of(sweep, "crab.residual_rms_deg", wind)
             for k, (name, row) in enumerate(found.items()):
                 _curve(ax, row, name, COLOURS[k % len(COLOURS)])
-            for name in (each for each in CRAB if each in found and sweep.spec.scenario.name not in NO_LIMITS):
-                ax.plot(
-                    list(CRAB[name]), list(CRAB[name].values()), color="#b0b0b0", lw=1.0, ls=(0, (4, 2)), zorder=0
-                )
+            for k, limit in enumerate(limits[name] for name in limits if name in found):
+                label = None if k else "asked of best"
+                ax.plot(list(limit), list(limit.values()), color="#b0b0b0", ls=(0, (4, 2)), zorder=0, label=label)
             ax.set(xlabel="turbulence, sigma [m/s]", yscale="log", title=wind_words(sweep, wind).split(", ")[1])
+        axes[0].yaxis.set_major_formatter(lambda value, _: f"{value:g}")
         axes[0].set(ylabel="crab residual, rms [deg]")
         figure.legend(*axes[0].get_legend_handles_labels(), loc="outside right")
         save(figure, file)
@@ -234,6 +235,7 @@ def _curve(ax: Any, row: Mapping[float, Mean], name: str, colour: str) -> None:
     at = np.array(sorted(row))
     mean, half = (np.array([getattr(row[sigma], part) for sigma in at]) for part in ("mean", "half_width"))
     half = np.nan_to_num(half)
+    # a band that reaches zero has no lower end on this axis
     ax.fill_between(at, np.maximum(mean - half, 0.2 * mean), mean + half, color=colour, alpha=0.25, lw=0)
     ax.plot(at, mean, color=colour, marker=".", label=name)
 
