@@ -215,6 +215,28 @@ class RasterFile:
         except RasterioError as error:
             raise InputError(f"raster {self.path} cannot be read: damaged or truncated ({error})") from error
 
+    def read_own(self, row: int, col: int, rows: int, cols: int) -> Values:
+        """Values of the first band in the file's own grid, metres.
+
+        row, col: of the first cell; NaN where there is none, also outside of the file.  Returns (rows, cols).
+        Raises InputError if the file cannot be read there.
+        """
+        from rasterio.errors import RasterioError
+        from rasterio.windows import Window as Piece
+
+        values = np.full((rows, cols), np.nan, np.float32)
+        r0, r1 = max(row, 0), min(row + rows, self.height)
+        c0, c1 = max(col, 0), min(col + cols, self.width)
+        if r1 > r0 and c1 > c0:
+            piece = Piece(c0, r0, c1 - c0, r1 - r0)
+            try:
+                with gdal_env():
+                    found = self._bands(self._data, {1: 1.0}, (r1 - r0, c1 - c0), window=piece)
+            except RasterioError as error:
+                raise InputError(f"raster {self.path} cannot be read: damaged or truncated ({error})") from error
+            values[r0 - row : r1 - row, c0 - col : c1 - col] = found
+        return values
+
     def _read_aligned(self, bounds: tuple[float, ...], resolution: float, weights: dict[int, float]) -> Cells:
         """Cells are blocks of k by k pixels counted from the corner, so that every read gives the same ones."""
         from rasterio.windows import Window as Piece
