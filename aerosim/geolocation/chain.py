@@ -155,6 +155,14 @@ def n_from_e(lat: Array, lon: Array, vector_e: Array) -> Array:
     return np.stack([-sp * out + cp * z, cl * y - sl * x, -cp * out - sp * z], axis=-1)
 
 
+def places(camera: ObliqueCamera) -> dict[str, int]:
+    """Where in `turns` each angle stands, by its name in Poses or, with d_ before it, in Corrections."""
+    first, second = (3, 0) if camera.boresight_on == "navigation" else (0, 3)
+    attitude = {"heading": first, "pitch": first + 1, "roll": first + 2}
+    boresight = {"d_yaw": second, "d_pitch": second + 1, "d_roll": second + 2}
+    return {**attitude, **boresight, "alpha": 6, "d_alpha": 6, "beta": 8, "d_beta": 8, "d_tilt": 7, "d_twist": 10}
+
+
 def turns(camera: ObliqueCamera, poses: Poses, corrections: Corrections = NO_CORRECTION) -> list[Turn]:
     """Rotations c to n, as axis and angle (rad), outermost first."""
     c, (yaw, pitch, roll) = corrections, camera.boresight
@@ -182,6 +190,33 @@ def c_from_n(way: list[Turn], vector_n: Array) -> Array:
     for axis, angle in way:
         vector_n = turn(axis, -angle, vector_n)
     return vector_n
+
+
+def axes_in_n(way: list[Turn], count: int) -> list[Array]:
+    """Axes of the rotations of `turns` in n, (count, 3) each: a small turn by d moves los_n by d axis x los_n."""
+    columns = [np.broadcast_to(axis, (count, 3)) for axis in np.eye(3)]
+    found = []
+    for axis, angle in way:
+        found.append(columns[axis])
+        _turn_columns(columns, axis, angle)
+    return found
+
+
+def axes_in_c(way: list[Turn], count: int) -> tuple[list[Array], Array]:
+    """Axes of the rotations of `turns` in c, (count, 3) each, and the matrices n to c, (count, 3, 3)."""
+    columns = [np.broadcast_to(axis, (count, 3)) for axis in np.eye(3)]
+    found = []
+    for axis, angle in reversed(way):
+        found.append(columns[axis])
+        _turn_columns(columns, axis, -angle)
+    return found[::-1], np.stack(columns, axis=-1)
+
+
+def _turn_columns(columns: list[Array], axis: int, angle: Array) -> None:
+    """Columns of a matrix M become those of M R, R about an axis."""
+    i, j = ((1, 2), (2, 0), (0, 1))[axis]
+    s, c = np.sin(angle)[..., None], np.cos(angle)[..., None]
+    columns[i], columns[j] = c * columns[i] + s * columns[j], c * columns[j] - s * columns[i]
 
 
 def projection_centres(camera: ObliqueCamera, poses: Poses) -> Array:

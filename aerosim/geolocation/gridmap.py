@@ -26,7 +26,7 @@ class GridMap(NamedTuple):
 
     linear: (2, 3), cells per rad of longitude and latitude, and offset, for a geographic grid on WGS-84; empty
     where the lattice serves.  lattice: (2, n, m) x and y at nodes of latitude and longitude; box: first
-    latitude, step, first longitude (from the middle), step, rad.  middle: longitude, rad, from which others are counted.
+    latitude, step, first longitude (from the middle), step, rad.  middle: longitude from which others count, rad.
     """
 
     linear: Array

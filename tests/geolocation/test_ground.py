@@ -1,16 +1,11 @@
 """Rays to the ground: other libraries on the ellipsoid, brute force on relief, statuses, memory, bad input."""
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pymap3d.los
 import pytest
 import rasterio
+from oblique_lands import GEODETIC, GRIDS, brute, mountains, relief_of, sights
 from pyproj import Transformer
-
-sys.path.insert(0, str(Path(__file__).parent))
-from lands import GEODETIC, GRIDS, brute, mountains, relief_of, sights
 
 from aerosim import frames
 from aerosim.errors import InputError
