@@ -26,7 +26,10 @@ sys.path.insert(0, str(Path(__file__).parent))
 HERE = Path(__file__).parent
 SIGMA, SLOW = "air.turbulence.sigma_m_s", "air.slow_wind.sigma_m_s"
 MODE, AIDING = "control.mode", "estimation.aiding"
+USE_STRIPS = ("schmelovsky_1988", "pipelined", "best")
+LOCK = ("crab.silent_end_s", "crab.accepted_pct")
 LOST_S = 30.0  # two strip times and more without an accepted strip up to the line's end: the lock is lost
+LOST_PCT = 50.0  # as in the summary's notes: a lock that is regained again and again is none
 WIDE_PCT = 5.0  # half width of a mean that is known well enough
 COLOURS = (
     "#8c8c8c",
@@ -141,22 +144,19 @@ def _cell(mean: Mean | None, digits: int, limit: float | None) -> str:
 
 
 def locks(sweep: Sweep) -> list[str]:
-    """How many runs had lost their lock at the line's end, by row; only those that lost it in any."""
-    metric = "crab.silent_end_s"
-    runs = matrix(sweep.table, metric, sweep.parameters)
+    """In how many runs of the modes that use strips the lock was lost, by row; only rows that lost it in any."""
+    silent, share = (matrix(sweep.table, name, sweep.parameters) for name in LOCK)
     lost: dict[str, list[int]] = {}
-    for point, values in zip(runs.points, runs.values, strict=True):
-        known = values[np.isfinite(values)]
-        each = lost.setdefault(row_of(point), [0, 0])
-        each[0] += int((known > LOST_S).sum())
-        each[1] += len(known)
+    for point, ends, accepted in zip(silent.points, silent.values, share.values, strict=True):
+        if point[MODE] in USE_STRIPS:
+            each = lost.setdefault(row_of(point), [0, 0])
+            each[0] += int(((ends > LOST_S) | (accepted < LOST_PCT)).sum())
+            each[1] += int(np.isfinite(ends).sum())
+    rule = f"no accepted strip in the last {LOST_S:g} s, or fewer than {LOST_PCT:g} % accepted"
     told = [f"{name} {each[0]} of {each[1]}" for name, each in lost.items() if each[0]]
-    every = sum(each[1] for each in lost.values())
-    if not told:
-        return [f"Lock kept or regained (an accepted strip within the last {LOST_S:g} s) in all {every} runs."]
-    return [
-        f"Lock lost (no accepted strip in the last {LOST_S:g} s): {', '.join(told)} runs; of all others, none."
-    ]
+    if told:
+        return [f"Lock lost ({rule}): {', '.join(told)} runs; of all others, none."]
+    return [f"Lock lost ({rule}) in none of {sum(each[1] for each in lost.values())} runs that use strips."]
 
 
 def against_pipelined(sweep: Sweep) -> list[str]:

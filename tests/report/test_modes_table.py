@@ -58,9 +58,10 @@ def made(folder: Path, spec: SweepSpec, seeds: int = 3, crab: Any = crab) -> Pat
     for point in spec.points:
         for seed in range(1, seeds + 1):
             lost = point.values["control.mode"] == "pipelined" and point.number % 5 == 4 and seed == 2
+            few = 49.0 if point.number in (0, 84) and seed == 1 else 90.0
             summary = {
                 "crab.residual_rms_deg": crab(point.values) * (1.0 + 0.1 * (seed - 2)),
-                "crab.accepted_pct": 90.0, "crab.bad_pct": 1.0, "crab.silent_end_s": 99.0 if lost else 2.0,
+                "crab.accepted_pct": few, "crab.bad_pct": 1.0, "crab.silent_end_s": 99.0 if lost else 2.0,
                 "vh.error_rms_pct": 0.5, "photos.end_lap_error_rms_pct": 0.25,
             }  # fmt: skip
             name = f"{point.number}-{seed}"
@@ -91,8 +92,10 @@ def test_tables_between_their_marks(script: Any, tmp_path: Path) -> None:
     assert "\n| *asked of best, gyro and best, bank* | 0.15 | 0.2 | 0.25 | 0.45 | 1 |\n" in text
     # end lap 0.25 is more than 0.1 and 0.15, less than 0.3
     assert text.count("\n| best, imu | **0.250** | **0.250** | **0.250** | **0.250** | 0.250 |\n") == 2
+    # point 0 is fixed, which uses no strips, point 84 best with bank;
     # of 2 winds x 5 strengths the point numbers of pipelined are 30 to 39: 34 and 39 lose it in seed 2
-    assert "Lock lost (no accepted strip in the last 30 s): pipelined 2 of 30 runs; of all others, none." in text
+    rule = "no accepted strip in the last 30 s, or fewer than 50 % accepted"
+    assert f"Lock lost ({rule}): pipelined 2 of 30, best, bank 1 of 30 runs; of all others, none." in text
     assert "`best` leaves less crab than `pipelined` at every point." in text
     assert "Half widths, median and widest: crab residual 24.8 and 24.8 % (100 of 100 above 5 %)" in text
     relief = text[text.index("<!-- modes_relief -->") :]
