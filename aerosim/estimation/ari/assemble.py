@@ -105,8 +105,8 @@ def _numbers(
         limit_n=limit_n,
         limit_e=limit_e,
         # a single value has no spread: what the data allow at best stands for it
-        spread_n=float(np.std(sigma_n) / np.mean(sigma_n)) if len(sigma_n) > 1 else limit_n,
-        spread_e=float(np.std(np.log(sigma_e))) if len(sigma_e) > 1 else limit_e,
+        spread_n=_spread(sigma_n) if len(sigma_n) > 1 else limit_n,
+        spread_e=_spread(sigma_e) if len(sigma_e) > 1 else limit_e,
         root=float(process.roots[0]) if process.p else 0.0,
         hills=len(modes),
         whiteness=told.whiteness([told.innovations(o) for o in outs], process.p + 1),
@@ -114,6 +114,12 @@ def _numbers(
         acceptance=samples.acceptance if samples else np.nan,
         effective=samples.size if samples else np.nan,
     )
+
+
+def _spread(sigma: Array) -> float:
+    """Standard deviation of the logarithm of a normal variable with the same 90 % interval."""
+    low, high = np.quantile(sigma, INTERVAL)
+    return float(np.log(high / low) / (2.0 * 1.6449))
 
 
 def _correlations(bands: list[Array], lags: int) -> Array:

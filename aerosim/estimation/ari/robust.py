@@ -224,7 +224,17 @@ class _StepSearch:
                     break
                 peaks.append((t[k], strip, k))
                 t[max(k - self._m, 0) : k + self._m + 1] = 0.0
-        return [(strip, k) for _, strip, k in sorted(peaks, reverse=True)[:CANDIDATES]]
+        found = [(strip, k) for _, strip, k in sorted(peaks, reverse=True)[:CANDIDATES]]
+        return found + [place for place in self._crowds() if place not in found]
+
+    def _crowds(self) -> list[tuple[int, int]]:
+        """Middles of the densest groups of rejected observations: a step may hide behind them."""
+        crowds: list[tuple[int, int, int]] = []
+        for strip, (us, ws) in enumerate(zip(self._used, self._w, strict=True)):
+            rejected = np.flatnonzero((us == 0.0) & (ws > 0.0))
+            groups = np.split(rejected, np.flatnonzero(np.diff(rejected) > self._m) + 1)
+            crowds += [(len(group), strip, int(group[len(group) // 2])) for group in groups if len(group) > 1]
+        return [(strip, k) for _, strip, k in sorted(crowds, reverse=True)[:CANDIDATES]]
 
     def _tried(self, strip: int, at: int, theta: Array) -> tuple[float, Step, Array]:
         """What a step near an epoch gains in -2 log likelihood, all charges counted; the step; the process."""
@@ -244,6 +254,8 @@ class _StepSearch:
             y[strip] = lowered(self._y[strip], [step])
             theta = refit(y, used, self._d, theta)
         rejected = self._rejection(strip, given_back)
+        if step.size**2 <= self._charge * step.sigma**2:
+            return 0.0, step, theta
         gain = self._before + rejected - self._value(y, used, theta) - self._charge
         return gain, step, theta
 

@@ -149,7 +149,8 @@ def _refuse_wrapped(values: Array, key: str) -> None:
         return
     for turn in (360.0, 2.0 * np.pi):
         jumps = np.abs(steps - turn) < 0.1 * turn
-        if np.any(jumps) and np.ptp(values[known]) < 1.05 * turn and np.quantile(steps, 0.9) < 0.1 * turn:
+        calm = np.quantile(np.where(jumps, np.abs(steps - turn), steps), 0.95) < 0.1 * turn
+        if np.any(jumps) and np.ptp(values[known]) < 1.05 * turn and calm:
             k = known[np.flatnonzero(jumps)[0] + 1]
             raise InputError(f"jumps by {turn:.4g} at row {k}", key, f"an angle? then period={turn:.6g}")
 
