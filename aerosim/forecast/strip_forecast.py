@@ -1,29 +1,32 @@
 """How well the two rows will recognise a strip of land: forecast from the orthophoto and the relief alone.
 
-What both rows will see is taken from the orthophoto at their pixel, the MAD surface of a strip is formed without
-noise, and the mean of the noise is added; the recogniser's own bounds then judge its trough.
+What both rows will see is taken from the orthophoto at their pixel.  Noise is drawn for it a few times, always the
+same, and the recogniser's own bounds judge the trough of each MAD surface.
 """
 
 from __future__ import annotations
 
 import math
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
 from aerosim.estimation.mad import FLAT, NEAR_PX, PLAIN, RIVAL
+from aerosim.forecast.row_view import look
 from aerosim.frames import Array
 from aerosim.raster import Window, bilinear
 from aerosim.rasterfile import Values
 from aerosim.sensing.ccd_rows import EXPOSURE_RANGE, REFERENCE_EXPOSURE, TARGET_GREY
 
-STEP_PX = 0.5  # of the surface along the flight
-PHASE_PX = 0.25  # mean distance of the shift from the next whole pixel
+STEP_PX = 0.25  # of the surface along the flight
+PHASES_PX = (0.0, 0.25, -0.25, 0.5)  # shifts beside whole pixels, one after the other in the draws
+MEAN_PHASE = 1  # the one whose distance from a whole pixel is the mean one
+DRAWS = 8
 SETTLE_PX = 2.0  # what is seen behind a plain trough before it is decided
+SPREAD = 0.04  # of ln(mean / minimum) and ln(second / minimum): a draw stands for others beside it
 # Set once over the shipped terrain (60 pieces of land, 10 strips each, noise of 5), and not by the tests' land
-SPREAD_FLAT = 0.12  # of ln(mean / minimum) between forecast and flight
-SPREAD_RIVAL = 0.12  # of ln(second / minimum)
 FLOOR_PX = 0.08  # what a quadratic surface through the MAD adds to the formal error
 WHOLE_PX = 0.29  # the same of whole pixels
 EFFICIENCY = 1.2  # error of the minimum of the MAD over that of least squares, over the shipped terrain
@@ -86,23 +89,54 @@ def prospect(
     gain = _gain(eye, float(row1.mean()))
     # both rows are noisy, and rounded to whole grey levels
     noise = 2.0 * (eye.noise_grey**2 + 1.0 / 12.0) / gain**2
-    surface = np.sqrt(_surface(row1, rows2, eye.max_shift, eye.mean_subtracted) ** 2 + 2.0 / math.pi * noise)
+    clean = _surface(row1[MEAN_PHASE], rows2, eye.max_shift, eye.mean_subtracted)
+    surface = np.sqrt(clean**2 + 2.0 / math.pi * noise)
     least = np.unravel_index(int(surface.argmin()), surface.shape)
     value = float(surface[least])
-    whole = _judged(surface, least, FLAT)
-    settled = int(least[0]) + round(SETTLE_PX / STEP_PX) + 1
-    soon = _judged(surface[:settled], least, PLAIN)
-    accepted = max(whole[0], soon[0])
-    if least[1] in (0, surface.shape[1] - 1) or least[0] in (0, len(surface) - 1):
-        accepted = 0.0
+    flat, rival = _ratios(surface, least)
+    accepted, near = _drawn(eye, row1, rows2, math.sqrt(noise / 2.0), -round(first / STEP_PX))
     sd_mu, sd_n = _formal(slopes, value * math.sqrt(math.pi / 2.0))
     floor = FLOOR_PX if eye.subpixel else WHOLE_PX
     sd_angle = math.hypot(EFFICIENCY * sd_mu, floor) / eye.spacing_px
     sd_vh = math.hypot(EFFICIENCY * sd_n, floor) / eye.spacing_px
-    off = abs(float(least[1]) - eye.max_shift)
-    # the next whole pixel is what a quadratic surface puts right; one further off is a mistake
-    right = _within(math.radians(RIGHT_DEG), off / eye.spacing_px if off > 1.0 else 0.0, sd_angle)
-    return Prospect(accepted, accepted * right, sd_angle, sd_vh, whole[1], whole[2])
+    right = 1.0 - math.erfc(math.radians(RIGHT_DEG) / sd_angle / math.sqrt(2.0))
+    return Prospect(accepted, near * right, sd_angle, sd_vh, flat, rival)
+
+
+@cache
+def _noise(pixels: int, max_shift: int, steps: int) -> tuple[Values, Values]:
+    """Noise of row I (draws, u + 2 j) and of rows II (draws, steps, u), of unit variance, always the same."""
+    rng = np.random.default_rng(0)
+    wide = rng.standard_normal((DRAWS, pixels + 2 * max_shift), dtype=np.float32)
+    return wide, rng.standard_normal((DRAWS, steps, pixels), dtype=np.float32)
+
+
+def _drawn(eye: Eye, row1: Array, rows2: Array, noise: float, true_step: int) -> tuple[float, float]:
+    """Probability that a strip is taken, and that it is taken within a pixel of where it is.
+
+    row1: (phases, u + 2 j); rows2: (steps, u), without noise; noise: of a pixel, in the orthophoto's grey levels;
+    true_step: row of the surface at which row II meets the strip.
+    """
+    noise1, noise2 = _noise(eye.pixels, eye.max_shift, len(rows2))
+    found = _troughs(
+        row1.astype(np.float32), rows2.astype(np.float32), np.float32(noise), noise1, noise2, eye.mean_subtracted,
+        round(SETTLE_PX / STEP_PX), NEAR_PX / STEP_PX,
+    )  # fmt: skip
+    accepted = near = 0.0
+    for step, k, flat, rival, flat_soon, rival_soon in found.tolist():
+        if k in (0, 2 * eye.max_shift) or step in (0, len(rows2) - 1):
+            continue
+        taken = max(_chance(flat, rival, FLAT), _chance(flat_soon, rival_soon, PLAIN)) / len(found)
+        accepted += taken
+        # the next whole pixel is what a quadratic surface puts right; one further off is a mistake
+        if abs(k - eye.max_shift) <= 1 and abs(step - true_step) * STEP_PX <= NEAR_PX:
+            near += taken
+    return accepted, near
+
+
+def _chance(flat: float, rival: float, bound: float) -> float:
+    """Probability that a trough with such ratios is taken."""
+    return _normal(math.log(flat / bound) / SPREAD) * _normal(math.log(rival / RIVAL) / SPREAD)
 
 
 def _gain(eye: Eye, mean: float) -> float:
@@ -114,23 +148,16 @@ def _gain(eye: Eye, mean: float) -> float:
     return eye.full_grey / 255.0 * exposure / REFERENCE_EXPOSURE
 
 
-def _judged(surface: Array, least: tuple[np.intp, ...], bound: float) -> tuple[float, float, float]:
-    """Probability that a trough is taken, mean over minimum, second over minimum."""
+def _ratios(surface: Array, least: tuple[np.intp, ...]) -> tuple[float, float]:
+    """Mean over minimum, second over minimum."""
     value = float(surface[least])
-    flat = float(surface.mean()) / value
     steps, shifts = np.ogrid[: surface.shape[0], : surface.shape[1]]
     far = (np.abs(steps - least[0]) * STEP_PX > NEAR_PX) | (np.abs(shifts - least[1]) > NEAR_PX)
-    rival = float(surface[far].min()) / value
-    chance = _normal(math.log(flat / bound) / SPREAD_FLAT) * _normal(math.log(rival / RIVAL) / SPREAD_RIVAL)
-    return chance, flat, rival
+    return float(surface.mean()) / value, float(surface[far].min()) / value
 
 
 def _normal(x: float) -> float:
     return 0.5 * math.erfc(-x / math.sqrt(2.0))
-
-
-def _within(bound: float, off: float, sd: float) -> float:
-    return _normal((bound - off) / sd) - _normal((-bound - off) / sd)
 
 
 def _formal(slopes: Array, residual: float) -> tuple[float, float]:
@@ -152,7 +179,7 @@ def _seen(
     eye: Eye, ortho: Window, relief: Window, place: Array, ahead: Array, height: float, motion: float,
     first: float, last: float,
 ) -> tuple[Array, Array, Array] | None:  # fmt: skip
-    """Row I, rows II at STEP_PX over the window, and slopes of the grey values; None without land."""
+    """Row I at each phase, rows II at STEP_PX over the window, slopes of the grey values; None without land."""
     ground = bilinear(*relief[:5], float(place[0]), float(place[1]))
     if math.isnan(ground):
         return None
@@ -163,12 +190,13 @@ def _seen(
         for smear, moved in ((eye.smear_along_px, motion / pixel), (eye.smear_across_px, 0.0))
     ]
     steps = STEP_PX * np.arange(math.ceil(first / STEP_PX), math.floor(last / STEP_PX) + 1, dtype=np.float64)
-    row1 = np.empty(eye.pixels + 2 * eye.max_shift)
+    phases = np.array(PHASES_PX)
+    row1 = np.empty((len(phases), eye.pixels + 2 * eye.max_shift))
     rows2 = np.empty((len(steps), eye.pixels))
     slopes = np.empty((2, eye.pixels))
-    known = _look(
+    known = look(
         *ortho[:5], *relief[:5], place, ahead, height, pixel, eye.focal_px, eye.spacing_px, blur[0], blur[1],
-        steps, row1, rows2, slopes,
+        steps, phases, row1, rows2, slopes,
     )  # fmt: skip
     return (row1, rows2, slopes) if known else None
 
@@ -189,68 +217,49 @@ def _surface(row1: Array, rows2: Array, max_shift: int, centre: bool) -> Array: 
     return out
 
 
-@njit(cache=True)
-def _look(
-    grey: Values, gx: float, gy: float, gdx: float, gdy: float,
-    heights: Values, hx: float, hy: float, hdx: float, hdy: float,
-    place: Array, ahead: Array, height: float, pixel: float, focal: float, spacing: float,
-    blur_along: float, blur_across: float, steps: Array, row1: Array, rows2: Array, slopes: Array,
-) -> bool:  # fmt: skip  # pragma: no cover - compiled
-    """Fill what the rows see; False if some of it is not there.
+@njit(cache=True, fastmath=True)
+def _troughs(
+    row1: Values, rows2: Values, noise: np.float32, noise1: Values, noise2: Values, centre: bool, settle: int,
+    near: float,
+) -> Array:  # fmt: skip  # pragma: no cover - compiled
+    """Troughs of the MAD surfaces of noisy rows, (draws, 6): step and shift of the least element, mean and second
+    over it in the whole window, and in the part seen when `settle` steps have gone by since.
 
-    A pixel meets the height of the land where the row crosses it.  Ground dh above the middle passes from row I
-    to row II d dh / height earlier, half of it before and half behind the middle.
+    row1: (phases, u + 2 j), rows2: (steps, u), noise1, noise2: as `_noise` has them.  near: steps to either side
+    of the least element in which there is no second one.
     """
-    u, wide = rows2.shape[1], row1.shape[0]
-    j = (wide - u) // 2
-    middle = height - pixel * focal
-    # row and column of the window: at the place, for a metre ahead, and for one to the right
-    r0, r_ahead, r_right = (place[1] - gy) / gdy, ahead[1] / gdy, -ahead[0] / gdy
-    c0, c_ahead, c_right = (place[0] - gx) / gdx, ahead[0] / gdx, ahead[1] / gdx
-    blur_r, blur_c = blur_along * pixel * r_ahead, blur_along * pixel * c_ahead
-    wide_r, wide_c = blur_across * pixel * r_right, blur_across * pixel * c_right
-    for i in range(wide):
-        y = (i - (wide - 1) / 2.0) * pixel
-        h = bilinear(heights, hx, hy, hdx, hdy, place[0] + y * ahead[1], place[1] - y * ahead[0])
-        across = (i - (wide - 1) / 2.0) * (height - h) / focal
-        lead = 0.5 * spacing * (h - middle) / focal
-        r, c = r0 + across * r_right, c0 + across * c_right
-        shift = PHASE_PX * pixel
-        row1[i] = _blurred(
-            grey, r + shift * r_right - lead * r_ahead, c + shift * c_right - lead * c_ahead,
-            blur_r, blur_c, wide_r, wide_c,
-        )  # fmt: skip
-        if np.isnan(row1[i]):  # also without a height
-            return False
-        if i < j or i >= wide - j:
-            continue
-        for s in range(steps.shape[0]):
-            way = lead + steps[s] * pixel
-            rows2[s, i - j] = _blurred(grey, r + way * r_ahead, c + way * c_ahead, blur_r, blur_c, wide_r, wide_c)
-        half = 0.5 * pixel
-        for axis in range(2):
-            dr, dc = (half * r_ahead, half * c_ahead) if axis == 0 else (half * r_right, half * c_right)
-            slopes[axis, i - j] = _blurred(grey, r + dr, c + dc, blur_r, blur_c, wide_r, wide_c) - _blurred(
-                grey, r - dr, c - dc, blur_r, blur_c, wide_r, wide_c
-            )
-    return not (np.isnan(slopes).any() or np.isnan(rows2).any())
-
-
-@njit(cache=True)
-def _blurred(
-    grey: Values, row: float, col: float, blur_r: float, blur_c: float, wide_r: float, wide_c: float
-) -> float:  # pragma: no cover - compiled
-    """Mean of four values around a point: the standard deviations of the blur along and across, in cells."""
-    total = 0.0
-    for a in (-1.0, 1.0):
-        for c in (-1.0, 1.0):
-            x = row + a * blur_r + c * wide_r
-            y = col + a * blur_c + c * wide_c
-            if not (x >= 0.0 and y >= 0.0 and x < grey.shape[0] - 1 and y < grey.shape[1] - 1):
-                return np.nan
-            p, q = int(x), int(y)
-            u, v = x - p, y - q
-            upper = grey[p, q] + v * (grey[p, q + 1] - grey[p, q])
-            lower = grey[p + 1, q] + v * (grey[p + 1, q + 1] - grey[p + 1, q])
-            total += upper + u * (lower - upper)
-    return 0.25 * total
+    steps, u = rows2.shape
+    j = (row1.shape[1] - u) // 2
+    shifts = 2 * j + 1
+    out = np.empty((noise1.shape[0], 6))
+    surface = np.empty((steps, shifts), np.float32)
+    row2 = np.empty(u, np.float32)
+    for draw in range(noise1.shape[0]):
+        first = row1[draw % row1.shape[0]] + noise * noise1[draw]
+        if centre:
+            first -= first[j : j + u].mean()
+        for s in range(steps):
+            mean = np.float32(0.0)
+            for i in range(u):
+                row2[i] = rows2[s, i] + noise * noise2[draw, s, i]
+                mean += row2[i]
+            mean = mean / u if centre else np.float32(0.0)
+            for k in range(shifts):
+                total = np.float32(0.0)
+                for i in range(u):
+                    total += abs(first[k + i] - row2[i] + mean)
+                surface[s, k] = total / u
+        at = int(surface.argmin())
+        step, shift = at // shifts, at % shifts
+        out[draw, 0], out[draw, 1] = step, shift
+        for part in range(2):
+            last = min(step + settle + 1, steps) if part else steps
+            total, second = np.float32(0.0), np.float32(np.inf)
+            for s in range(last):
+                for k in range(shifts):
+                    total += surface[s, k]
+                    if (abs(s - step) > near or abs(k - shift) > NEAR_PX) and surface[s, k] < second:
+                        second = surface[s, k]
+            out[draw, 2 + 2 * part] = total / (last * shifts) / surface[step, shift]
+            out[draw, 3 + 2 * part] = second / surface[step, shift]
+    return out

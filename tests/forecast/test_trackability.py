@@ -77,7 +77,9 @@ def test_the_lake_is_blind_and_the_land_is_not(found: Outlook) -> None:
     accepted = track.of("accepted")[first]
     # a pixel of the rows and its smear reach 30 m beyond a strip
     assert accepted[off < 0.5 * LAKE_M - 50.0].max() < 0.01
-    assert accepted[off > 0.5 * LAKE_M + 50.0].min() > 0.9
+    beside = accepted[off > 0.5 * LAKE_M + 50.0]
+    assert beside.mean() > 0.85
+    assert beside.min() > 0.5  # one station is eight draws
     line = found.figures["lines"][0]
     assert line["strips_blind_m"] == pytest.approx(LAKE_M, abs=2 * 250.0)
     share = 1.0 - LAKE_M / found.plan.lines[0].length

@@ -71,11 +71,13 @@ def test_rank_over_two_hundred_pieces(land: Terrain) -> None:
 def test_rank_of_the_orthophoto_alone(land: Terrain) -> None:
     """The relief taken away, nearly every strip of this land is found; noise of 10 grey levels parts it.
 
-    0.69 was found with 20 strips a piece: the texture alone tells less than texture and relief.  The bound is
-    three standard deviations below, 1.06/sqrt(197) = 0.076 in Fisher's z.
+    The share of strips of one half of a piece's flights predicts that of the other half with 0.78, so that nobody
+    could do much better than 0.9; and no forecast knows the fraction of a pixel by which the drift shifts a
+    piece's strips, which alone has a rank correlation of -0.26 with what is found.
     """
     told, flown = both(land, 200, Way(level=True, noise=10.0, strips=20, step=20.83), 2027)
-    assert spearmanr(told, flown).statistic >= 0.55
+    assert spearmanr(told, flown).statistic >= 0.7
+    assert told.mean() == pytest.approx(flown.mean(), abs=0.06)
 
 
 def test_rank_over_a_few_pieces(land: Terrain) -> None:
