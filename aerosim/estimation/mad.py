@@ -151,12 +151,19 @@ def compare(
     return int(correlate(row2, rows1, steps, settle, surfaces, least, least_step, ready))
 
 
-def judge(surface: NDArray[np.float32], steps_per_px: float, complete: bool = True) -> Trough:
+def judge(
+    surface: NDArray[np.float32],
+    steps_per_px: float,
+    complete: bool = True,
+    flat: float = FLAT,
+    rival: float = RIVAL,
+) -> Trough:
     """Find the minimum of a MAD surface and say whether it is a trough.
 
     surface: (steps, 2 j + 1), grey levels.  steps_per_px: exposures in which the ground moves by one pixel.
     complete: False while the window is still open: its last exposure is no border yet, and the trough has to
     be plain (mean / minimum 2.5) to be taken before everything was seen.
+    flat, rival: least mean / minimum, and least other trough / minimum.
     Reasons: border_mu, border_n (the minimum lies at the edge: the paper discards it), degenerate
     (mean / minimum < 1.8), ambiguous (another trough / minimum < 1.25); bounds from studied strips.
     """
@@ -167,9 +174,9 @@ def judge(surface: NDArray[np.float32], steps_per_px: float, complete: bool = Tr
         reason = Reason.BORDER_MU
     elif step == 0 or (complete and step == len(surface) - 1):
         reason = Reason.BORDER_N
-    elif mean < (FLAT if complete else PLAIN) * value:
+    elif mean < (flat if complete else PLAIN) * value:
         reason = Reason.DEGENERATE
-    elif second < RIVAL * value:
+    elif second < rival * value:
         reason = Reason.AMBIGUOUS
     return Trough(float(step), float(k - shifts // 2), value, reason)
 

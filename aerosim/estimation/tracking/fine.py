@@ -21,7 +21,8 @@ class Fine(NamedTuple):
     """Where the strip lies.  step: exposures (fraction), mu: px, slope: exposures a pixel.
 
     sd_step, sd_mu: standard deviations that the residuals speak for, exposures and px.  gain: row II over row I.
-    rms: of the residuals, grey levels.  ok: it converged near its start.
+    rms: of the residuals, grey levels.  ok: it converged near its start.  sd_most, sd_least: standard deviations
+    in the directions in which the place on the ground is known worst and best, px.
     """
 
     step: float
@@ -32,6 +33,8 @@ class Fine(NamedTuple):
     gain: float
     rms: float
     ok: bool
+    sd_most: float = np.inf
+    sd_least: float = np.inf
 
 
 @njit(inline="always")
@@ -66,17 +69,37 @@ def _smooth(rows: Grey, row: int, i: int) -> float:  # pragma: no cover - compil
     return float(rows[row, left] + 4.0 * rows[row, i] + rows[row, right]) / 6.0
 
 
+@njit(inline="always")
+def _spreads(
+    normal: Array, rms: float, steps_per_px: float
+) -> tuple[float, float, float, float]:  # pragma: no cover - compiled
+    """Standard deviations of step (exposures) and mu (px), and along the axes of their ellipse, px of ground."""
+    inverse = np.linalg.inv(normal)
+    along, across = inverse[0, 0] / steps_per_px**2, inverse[1, 1]
+    mean, off = 0.5 * (along + across), np.hypot(0.5 * (along - across), inverse[0, 1] / steps_per_px)
+    sd_step, sd_mu = rms * np.sqrt(abs(inverse[0, 0])), rms * np.sqrt(abs(inverse[1, 1]))
+    return sd_step, sd_mu, rms * np.sqrt(abs(mean + off)), rms * np.sqrt(abs(mean - off))
+
+
 @njit(cache=True)
 def fine(
-    row1: Grey, rows2: Grey, weights: Grey, step: float, mu: float, slope: float, bow: Array, steps_per_px: float
-) -> tuple[float, float, float, float, float, float, float, bool]:  # pragma: no cover - compiled
+    row1: Grey,
+    rows2: Grey,
+    weights: Grey,
+    step: float,
+    mu: float,
+    slope: float,
+    bow: Array,
+    steps_per_px: float,
+    stretch: float = 0.0,
+) -> tuple[float, float, float, float, float, float, float, bool, float, float]:  # pragma: no cover - compiled
     """Least squares of row II against row I around a minimum; the fields of `Fine`.
 
-    B(i, step + slope (i - c) + bow(i)) = gain A(i + mu) + offset for all pixels i of row II, c its middle.
-    row1: (u + 2 j,), element j + i faces element i of row II at mu = 0.  rows2: ring of exposures of row II,
-    (ring, u), a step being its index, taken modulo the ring.  weights: (u,), 0 leaves a pixel of row II out.
-    step, mu, slope: where to start.  bow: (u,) exposures, see `surface`.  steps_per_px: exposures in which the
-    ground moves by a pixel.
+    B(i, step + slope (i - c) + bow(i)) = gain A(i + mu + stretch (i - c)) + offset for all pixels i of row II, c
+    its middle.  row1: (u + 2 j,), element j + i faces element i of row II at mu = 0; NaN does not count.  rows2:
+    ring of exposures of row II, (ring, u), a step being its index, taken modulo the ring.  weights: (u,), 0 leaves
+    a pixel of row II out.  step, mu, slope: where to start.  bow: (u,) exposures, see `surface`.  steps_per_px:
+    exposures in which the ground moves by a pixel.  stretch: by which the shift grows along a turned row.
     """
     u, extended, ring = rows2.shape[1], row1.shape[0], rows2.shape[0]
     margin, middle = (extended - u) // 2, (u - 1) / 2.0
@@ -90,7 +113,7 @@ def fine(
         right[:] = 0.0
         square, count = 0.0, 0
         for i in range(u):
-            place = i + margin + unknown[1]
+            place = i + margin + unknown[1] + stretch * (i - middle)
             k = int(np.floor(place))
             if weights[i] == 0.0 or k < 1 or k > extended - 3:
                 continue
@@ -100,6 +123,8 @@ def fine(
             a0, a1, a2, a3 = row1[k - 1], row1[k], row1[k + 1], row1[k + 2]
             b0, b1, b2, b3 = _spline(s)
             value = b0 * a0 + b1 * a1 + b2 * a2 + b3 * a3
+            if np.isnan(value):
+                continue
             r = 1.0 - s
             along_row = (
                 0.5 * (s * s * a3 - r * r * a0) + (1.5 * s * s - 2.0 * s) * a1 - (1.5 * r * r - 2.0 * r) * a2
@@ -122,7 +147,7 @@ def fine(
                 for q in range(p, 5):
                     normal[p, q] += jac[p] * jac[q]
         if count < 4 * UNKNOWNS:
-            return unknown[0], unknown[1], unknown[2], np.inf, np.inf, unknown[3], rms, False
+            return unknown[0], unknown[1], unknown[2], np.inf, np.inf, unknown[3], rms, False, np.inf, np.inf
         for p in range(5):
             for q in range(p):
                 normal[p, q] = normal[q, p]
@@ -134,9 +159,8 @@ def fine(
         for p in range(5):
             unknown[p] += change[p]
         if abs(unknown[1] - mu) > 1.5 or abs(unknown[0] - step) > 1.5 * steps_per_px + 2.0:
-            return unknown[0], unknown[1], unknown[2], np.inf, np.inf, unknown[3], rms, False
+            return unknown[0], unknown[1], unknown[2], np.inf, np.inf, unknown[3], rms, False, np.inf, np.inf
         small = abs(change[1]) < DONE_PX and abs(change[0]) < DONE_PX * steps_per_px
         ok = small or iteration == ITERATIONS - 2
-    inverse = np.linalg.inv(normal)
-    sd_step, sd_mu = rms * np.sqrt(abs(inverse[0, 0])), rms * np.sqrt(abs(inverse[1, 1]))
-    return unknown[0], unknown[1], unknown[2], sd_step, sd_mu, unknown[3], rms, True
+    sd_step, sd_mu, sd_most, sd_least = _spreads(normal, rms, steps_per_px)
+    return unknown[0], unknown[1], unknown[2], sd_step, sd_mu, unknown[3], rms, True, sd_most, sd_least

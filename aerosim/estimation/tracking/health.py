@@ -1,4 +1,4 @@
-"""Pixels of row II that see nothing: they do not change while the ground moves on."""
+"""Pixels that see nothing: they do not change while the ground moves on."""
 
 from __future__ import annotations
 
@@ -47,3 +47,12 @@ def _watched(row: Grey, mean: Array, variance: Array, share: float) -> Grey:  # 
         if usual >= 1.0 and variance[i] <= DEAD * usual:
             weights[i] = 0.0
     return weights
+
+
+def mended(row: Grey, weights: Grey) -> Grey:
+    """A row (pixels,) whose pixels of weight 0 lie on straight lines between their neighbours."""
+    sound = weights > 0.0
+    if sound.all() or not sound.any():
+        return row
+    places = np.arange(len(row))
+    return np.interp(places, places[sound], row[sound]).astype(np.float32)

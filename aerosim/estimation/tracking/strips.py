@@ -10,20 +10,19 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from aerosim.estimation.mad import Trough, judge
-from aerosim.estimation.tracking.fine import REACH_PX, Fine, fine
+from aerosim.estimation.mad import Trough
+from aerosim.estimation.tracking.edges import beside, edges
+from aerosim.estimation.tracking.fine import REACH_PX
 from aerosim.estimation.tracking.geometry import MOUNT, TIME, YAW, ahead, between, mismatch, passed
-from aerosim.estimation.tracking.health import Health
+from aerosim.estimation.tracking.health import Health, mended
+from aerosim.estimation.tracking.look import Looked, View, Where, look
 from aerosim.estimation.tracking.rays import Rays
-from aerosim.estimation.tracking.window import FLAT_GREY, moments, surface
 from aerosim.frames import Array
 from aerosim.signals import Grey, Reason, RowExposure, StripMatch
 
 Counts = NDArray[np.int64]
 
 REFERENCE_S = 0.01  # grey values are taken as if exposed for so long
-SD_MU_MOST = 0.12  # px, a weaker trough is refused
-RMS_MOST = 0.6  # of the contrast: most that row I may leave unexplained
 PLANNED_BY = 1.12  # times the planned n: the first look for a strip of which nothing is known
 SEEK_EVERY = 4  # strips
 
@@ -85,6 +84,7 @@ class Strips:
         self.ring = np.zeros((ring, 7))
         slots = self._last // s.every + 4
         self._rows1 = np.zeros((slots, s.pixels + 2 * s.max_shift), np.float32)
+        self._edges2 = np.zeros_like(self._rows2)
         self._number1 = np.full(slots, -1, np.int64)
         self._id = np.zeros(slots, np.int64)
         self._looked = np.zeros(slots, np.bool_)
@@ -96,6 +96,8 @@ class Strips:
         self._seen, self._miss = np.zeros((slots, 2)), np.zeros((slots, 2))
         self._health = Health(s.pixels)
         self._weights = np.ones(s.pixels, np.float32)
+        self._health1 = Health(s.pixels + 2 * s.max_shift)
+        self._weights1 = np.ones(s.pixels + 2 * s.max_shift, np.float32)
         self._half, self._slant = s.max_shift, 0.0
         self._strips = self._wait = 0
         self.t = math.nan
@@ -122,6 +124,7 @@ class Strips:
         self.ring[at] = attitude
         scale = REFERENCE_S / exposure.exposure
         self._rows2[at] = exposure.row2 * scale
+        edges(self._rows2[at], self._weights, self._edges2[at])
         if self._wait > 0:
             self._wait -= 1
             return
@@ -133,6 +136,7 @@ class Strips:
         if self._number1[slot] >= 0:
             return
         self._rows1[slot] = exposure.row1 * scale
+        self._weights1 = self._health1(self._rows1[slot])
         self._seen[slot] = ahead(self.ring[at], self._apart, s.focal_px, s.level)
         self._number1[slot], self._id[slot] = number, self._strips
         self._begin[slot] = self._end[slot] = -1
@@ -168,33 +172,42 @@ class Strips:
 
         None: not found yet, its window is still open (`final` False and the last exposure not reached).
         """
-        number, t, s = exposure.number, exposure.t, self._setup
+        number, t = exposure.number, exposure.t
         begin, end = int(self._begin[slot]), int(self._end[slot])
         complete = final or number - self._number1[slot] >= self._last
         if not self._worth(slot, final):
             return Found(self._lost(slot, t, Reason.BORDER_N if final else Reason.SKIPPED))
-        row1, centre = self._rows1[slot], self._shift(slot)
-        middle = (begin + end) // 2
-        known = self._turn(slot, middle)
-        more = (0.0,) if self._slant == 0.0 else (-self._slant, 0.0, self._slant)
-        looks = [(*self._looked_at(slot, begin, end, centre, known + turn, complete), turn) for turn in more]
-        found, trough, turned = min(looks, key=lambda look: (look[1].reason is not Reason.ACCEPTED, look[1].value))
-        if not complete and trough.reason is not Reason.ACCEPTED:
+        slants = (0.0,) if self._slant == 0.0 else (-self._slant, 0.0, self._slant)
+        looked = self._look(slot, Where(begin, end, self._shift(slot), self._half, slants, complete), complete)
+        if not complete and not looked.accepted:
             self._begin[slot] = self._end[slot] = -1  # should the track be known by then, its window is another
             return None
-        step = begin + trough.step
-        trough = trough._replace(mu=trough.mu + centre)
-        if trough.reason is not Reason.ACCEPTED:
-            return Found(self._match(slot, trough, begin, found, t))
-        slope = (self._turn(slot, int(step)) + turned) * self._steps_per_px
-        _, contrast = moments(row1[s.max_shift : s.max_shift + s.pixels], self._weights)
-        best = Fine(*fine(row1, self._rows2, self._weights, step, trough.mu, slope, self._bow, self._steps_per_px))
-        if not best.ok or best.sd_mu > SD_MU_MOST:
-            return Found(self._match(slot, trough._replace(reason=Reason.WEAK), begin, found, t))
-        if best.rms > RMS_MOST * contrast:
-            return Found(self._match(slot, trough._replace(reason=Reason.UNLIKE), begin, found, t))
-        trough = trough._replace(step=best.step - begin, mu=best.mu)
-        return self._measured(slot, trough, begin, found, t)
+        if not looked.accepted:
+            return Found(self._match(slot, looked.trough, begin, looked.found, t))
+        return self._measured(slot, looked.trough, begin, looked.found, t)
+
+    def _look(self, slot: int, where: Where, last: bool) -> Looked:
+        """Look at grey values, and at edges if these leave a doubt: moving shadows make troughs of their own.
+
+        last: the strip will not be looked for again.
+        """
+
+        def turn(number: int) -> float:
+            return self._turn(slot, number)
+
+        def crab(number: int, mu: float) -> float:
+            return math.tan(self._reading(slot, number, mu)[1])
+
+        row1 = mended(self._rows1[slot], self._weights1)
+        views = View(row1, self._rows2, self._weights1, self._weights)
+        grey = look(views, where, turn, crab, self._steps_per_px, self._bow)
+        if grey.clean or not math.isfinite(grey.trough.value) or not (grey.accepted or last):
+            return grey
+        sharp = np.empty_like(row1)
+        edges(row1, self._weights1, sharp)
+        views = View(sharp, self._edges2, beside(self._weights1), beside(self._weights), edges=True)
+        edged = look(views, where, turn, crab, self._steps_per_px, self._bow)
+        return edged if edged.accepted or grey.accepted else grey
 
     def _worth(self, slot: int, final: bool) -> bool:
         """Whether a strip has a window; while nothing is known, only some are worth their long search."""
@@ -207,38 +220,25 @@ class Strips:
         most = 2 * self._setup.max_shift  # half of the pixels still face each other
         return min(max(round(float(self._centre[slot])), -most), most)
 
-    def _looked_at(
-        self, slot: int, begin: int, end: int, centre: int, turn: float, complete: bool
-    ) -> tuple[Grey, Trough]:
-        """MAD surface of a strip if the camera has turned by so much (rad), and its trough."""
-        slope, steps = turn * self._steps_per_px, end - begin + 1
-        found = surface(
-            self._rows1[slot], self._rows2, self._weights, begin, steps, centre, self._half, slope, self._bow
-        )
-        return found, self._judged(slot, found, complete)
-
-    def _judged(self, slot: int, found: Grey, complete: bool) -> Trough:
-        s = self._setup
-        if moments(self._rows1[slot, s.max_shift : s.max_shift + s.pixels], self._weights)[1] <= FLAT_GREY:
-            return Trough(np.nan, np.nan, np.nan, Reason.DEGENERATE)
-        return judge(found, self._steps_per_px, complete)
-
     def _turn(self, slot: int, number: int) -> float:
         """Turn of the camera since the strip's row I, rad."""
         a, b = self.ring[self._number1[slot] % len(self.ring)], self.ring[number % len(self.ring)]
         return float(b[YAW] + b[MOUNT] - a[YAW] - a[MOUNT])
 
-    def _measured(self, slot: int, trough: Trough, begin: int, found: Grey, t: float) -> Found:
+    def _reading(self, slot: int, number: float, mu: float) -> tuple[float, float, float, Array, Array]:
+        """Track (rad), its angle against the rows' axis (rad), v/h (1/s) and both rows of the attitude ring."""
         s = self._setup
         first = self.ring[self._number1[slot] % len(self.ring)].copy()
-        second = between(self.ring, begin + trough.step)
-        north, east = passed(first, second, trough.mu, s.level, *s.rays, s.focal_px)
-        span = second[TIME] - first[TIME]
-        match = self._match(slot, trough, begin, found, t)
+        second = between(self.ring, number)
+        north, east = passed(first, second, mu, s.level, *s.rays, s.focal_px)
         track = math.atan2(east, north)
-        vh = math.hypot(north, east) / span
         axis = (first[YAW] + first[MOUNT] + second[YAW] + second[MOUNT]) / 2.0
-        angle = math.remainder(track - axis, 2.0 * math.pi)
+        vh = math.hypot(north, east) / (second[TIME] - first[TIME])
+        return track, math.remainder(track - axis, 2.0 * math.pi), vh, first, second
+
+    def _measured(self, slot: int, trough: Trough, begin: int, found: Grey, t: float) -> Found:
+        track, angle, vh, first, second = self._reading(slot, begin + trough.step, trough.mu)
+        match = self._match(slot, trough, begin, found, t)
         return Found(match._replace(track=track, angle=angle, vh=vh), first, second)
 
     def _match(self, slot: int, trough: Trough, begin: int, found: Grey, t: float) -> StripMatch:

@@ -257,7 +257,9 @@ class Tracker:
         """Believe three strips that agree."""
         par = self._par
         within = 4.0 * math.sqrt(par.scatter_track), 4.0 * math.sqrt(par.scatter_vh)
-        agreed = self._guard.found(t, track, speed, within)
+        now = (self._track.filter.now(t)[0], self._speed.filter.now(t)[0])
+        belief = None if self._guard.state is State.SEEKING else now
+        agreed = self._guard.found(t, track, speed, within, belief)
         if agreed is None:
             return
         self._track.start(t, agreed[0], par.scatter_track)
