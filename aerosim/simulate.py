@@ -111,8 +111,9 @@ def _loop(m: Mission, log: Recorder, progress: Progress | None) -> None:
             log.exposure(exposure)
             yaw_read = reading.yaw
         if sees or records:
-            estimate = observer.now()
-            command = camera_command(m.control, estimate, command.mount_yaw)
+            believed = observer.now()
+            if believed is not estimate:
+                estimate, command = believed, camera_command(m.control, believed, command.mount_yaw)
             camera.step(t, line, command, until * m.dt)
         if camera.due(t):
             log.shot(camera.expose(aircraft, mount))

@@ -60,7 +60,7 @@ class StripRecogniser:
         self._ready = np.zeros(slots, np.bool_)
         self._steps = np.full(slots, NEVER)
         self._open: dict[int, _Open] = {}
-        self._stamps = np.zeros((self._last + 2, 2))
+        self._stamps = [(0.0, 0.0)] * (self._last + 2)  # time and mount yaw, by exposure number
         self._strips = 0
         self._wait = 0
 
@@ -134,6 +134,5 @@ class StripRecogniser:
     def _stamp(self, number: float) -> tuple[float, float]:
         """Time and mount yaw at an exposure number, between two exposures by interpolation."""
         below = int(number)
-        a, b = (self._stamps[(below + i) % len(self._stamps)] for i in (0, 1))
-        t, yaw = a + (number - below) * (b - a)
-        return float(t), float(yaw)
+        (t, yaw), (t_next, yaw_next) = (self._stamps[(below + i) % len(self._stamps)] for i in (0, 1))
+        return t + (number - below) * (t_next - t), yaw + (number - below) * (yaw_next - yaw)

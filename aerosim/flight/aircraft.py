@@ -273,6 +273,11 @@ class Aircraft:
         """Roll, pitch, heading, rad."""
         return self._state[6](), self._state[7](), self._state[8]()
 
+    def place_e(self) -> tuple[float, float, float]:
+        """Position in e, m."""
+        x, y, z = self._ecef[:3]
+        return x() * FOOT, y() * FOOT, z() * FOOT
+
     def ecef(self) -> tuple[float, float, float, float, float, float]:
         """Position (m) and velocity over ground (m/s) in e."""
         x, y, z, vx, vy, vz = self._ecef

@@ -106,8 +106,7 @@ class JsbsimFlight:
     @property
     def cross_track(self) -> float:
         """Distance from the line being flown or approached, positive to its right, m."""
-        x, y, z = self.aircraft.ecef()[:3]
-        return self._guidance.cross_track(x, y, z)
+        return self._guidance.cross_track(*self.aircraft.place_e())
 
     @property
     def done(self) -> bool:

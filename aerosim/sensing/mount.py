@@ -75,10 +75,12 @@ class Mount:
         """
         a = aircraft
         yaw, rate = (self.yaw, self.rate) if turned else (0.0, 0.0)
-        vel_n, mat_nc, omega = _camera(
-            a.v_north, a.v_east, a.v_down, a.roll, a.pitch, a.heading, a.p, a.q, a.r,
+        out = np.empty((5, 3))  # one array is faster made than three
+        _camera(
+            out, a.v_north, a.v_east, a.v_down, a.roll, a.pitch, a.heading, a.p, a.q, a.r,
             self._par.level_pitch, yaw, rate, ahead,
         )  # fmt: skip
+        vel_n, mat_nc, omega = out[0], out[1:4], out[4]
         if ahead == 0.0:
             return CameraPose(a.t, a.lat, a.lon, a.height, vel_n, mat_nc, omega)
         lat, lon, height = moved(a.lat, a.lon, a.height, a.v_north * ahead, a.v_east * ahead, a.v_down * ahead)
@@ -116,6 +118,7 @@ def _turned(
 
 @njit(cache=True)
 def _camera(
+    out: Array,
     v_north: float,
     v_east: float,
     v_down: float,
@@ -129,8 +132,11 @@ def _camera(
     yaw: float,
     yaw_rate: float,
     ahead: float,
-) -> tuple[Array, Array, Array]:  # pragma: no cover - compiled
-    """vel_n, mat_nc (Rz Ry Rx of the aircraft, Ry Rz of the mount), omega_nc_c; turned on by `ahead` seconds."""
+) -> None:  # pragma: no cover - compiled
+    """Fills out (5, 3): vel_n, mat_nc (Rz Ry Rx of the aircraft, Ry Rz of the mount), omega_nc_c.
+
+    Turned on by `ahead` seconds.
+    """
     sr, cr = np.sin(roll), np.cos(roll)
     sp, cp = np.sin(pitch), np.cos(pitch)
     sh, ch = np.sin(heading), np.cos(heading)
@@ -142,7 +148,8 @@ def _camera(
         (-sp, cp * sr, cp * cr),
     )
     m = ((cl * cy, -cl * sy, sl), (sy, cy, 0.0), (-sl * cy, sl * sy, cl))
-    mat, omega = np.empty((3, 3)), np.empty(3)
+    mat, omega = out[1:4], out[4]
+    out[0, 0], out[0, 1], out[0, 2] = v_north, v_east, v_down
     for j in range(3):
         omega[j] = m[0][j] * p + m[1][j] * q + m[2][j] * r
     omega[2] += yaw_rate
@@ -155,4 +162,3 @@ def _camera(
         mat[i, 0] = x + y * turn_z - z * turn_y
         mat[i, 1] = y + z * turn_x - x * turn_z
         mat[i, 2] = z + x * turn_y - y * turn_x
-    return np.array([v_north, v_east, v_down]), mat, omega

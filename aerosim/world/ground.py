@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from aerosim.frames import Array, LocalMap
+from aerosim.frames import Array, LocalMap, local_map
 from aerosim.rasterfile import Values
 from aerosim.truth import Below
 from aerosim.world.clouds import CloudShadows
@@ -39,33 +39,40 @@ class GroundView:
     ) -> None:
         """local: map grid around the flight.  pixel_m: a row's pixel on the ground; windows are read at half."""
         self._clouds = clouds
-        self._local = local
+        self._local = local.origin, local.scale, local.coef
         self._rasters = terrain.orthophoto(pixel_m / 2.0), terrain.elevation(pixel_m / 2.0)
         nothing, nowhere = np.empty((0, 0), np.float32), np.zeros(4)
         self._windows: tuple[Values, Array, Values, Array] = nothing, nowhere, nothing, nowhere
-        self._e_min = self._n_min = np.inf
-        self._e_max = self._n_max = -np.inf
+        self._bounds = np.array([np.inf, np.inf, -np.inf, -np.inf])  # e_min, n_min, e_max, n_max, m
 
     def around(self, lat: float, lon: float, reach: float, t: float = 0.0) -> Spot:
         """The ground within reach (m) of a point (rad) at time t (s)."""
-        grid = self._local(lat, lon)
-        e, n = grid[0], grid[1]
-        if not (
-            e - reach >= self._e_min and n - reach >= self._n_min
-            and e + reach <= self._e_max and n + reach <= self._n_max
-        ):  # fmt: skip
+        grid = np.empty(6)
+        if not _placed(grid, *self._local, lat, lon, reach, self._bounds):
+            e, n = float(grid[0]), float(grid[1])
             self._look(e - reach, n - reach, e + reach, n + reach)
         if self._clouds is None:
-            return Spot(np.array(grid), *self._windows)
-        return Spot(np.array(grid), *self._windows, self._clouds.shade, self._clouds.place(t))
+            return Spot(grid, *self._windows)
+        return Spot(grid, *self._windows, self._clouds.shade, self._clouds.place(t))
 
     def _look(self, e_min: float, n_min: float, e_max: float, n_max: float) -> None:
         """Take the windows that hold the area (m), and the area that both of them hold."""
         ortho, relief = (raster.covering(e_min, n_min, e_max, n_max) for raster in self._rasters)
         self._windows = ortho.values, np.array(ortho[1:5]), relief.values, np.array(relief[1:5])
-        bounds = np.array([ortho.bounds, relief.bounds])
-        self._e_min, self._n_min = bounds[:, :2].max(axis=0).tolist()
-        self._e_max, self._n_max = bounds[:, 2:].min(axis=0).tolist()
+        self._bounds[:2] = np.maximum(ortho.bounds[:2], relief.bounds[:2])
+        self._bounds[2:] = np.minimum(ortho.bounds[2:], relief.bounds[2:])
+
+
+@njit(cache=True)
+def _placed(
+    grid: Array, origin: Array, scale: Array, coef: Array, lat: float, lon: float, reach: float, bounds: Array
+) -> bool:  # pragma: no cover - compiled
+    """Fill in the point's map grid, see `local_map`; whether all within reach (m) lies within the bounds."""
+    e, n, e_north, e_east, n_north, n_east = local_map(origin, scale, coef, lat, lon)
+    grid[0], grid[1], grid[2], grid[3], grid[4], grid[5] = e, n, e_north, e_east, n_north, n_east
+    return bool(
+        e - reach >= bounds[0] and n - reach >= bounds[1] and e + reach <= bounds[2] and n + reach <= bounds[3]
+    )
 
 
 def below(spot: Spot, heading: float, along: float, across: float) -> Below:
