@@ -87,9 +87,7 @@ def main() -> None:
     print(
         f"bare calls of JSBSim in constant wind: {bare * us:.0f} us an exposure ({bare / steps * 1e6:.1f} a step)"
     )
-    print(
-        f"JSBSim on the same flight, its air, its guidance: {flight * us:.0f} us, {flight / bare:.2f} of bare calls"
-    )
+    print(f"JSBSim on the same flight, with air and guidance: {flight * us:.0f} us, {flight / bare:.2f} of them")
     for name, walls in loops.items():
         wall = min(walls)
         print(
