@@ -13,7 +13,7 @@ from aerosim.errors import InputError
 from aerosim.estimation.ari.assemble import Prepared, assembled, unscaled
 from aerosim.estimation.ari.filter import filter_series
 from aerosim.estimation.ari.likelihood import Strips
-from aerosim.estimation.ari.modes import Mode, find_modes, objective, process_of
+from aerosim.estimation.ari.modes import Mode, find_modes, objective, process_of, strewn_starts
 from aerosim.estimation.ari.posterior import Averaged, Mixture, average, sample
 from aerosim.estimation.ari.prior import Prior
 from aerosim.estimation.ari.result import AriFit
@@ -72,8 +72,9 @@ def fit_ari(
     levels, rng = data.levels, np.random.default_rng(seed)
     strips = Strips(levels, data.weights)
     chosen = FLAT if method == "ml" else (prior or Prior())
-    # the posterior has one hill nearly always, the likelihood several
-    starts = [quick_starts(levels, data.weights, p, d, 6 if method == "ml" else 3), *known]
+    # the posterior density has few hills, the likelihood many
+    iterates, strewn = (6, 12) if method == "ml" else (3, 4)
+    starts = [quick_starts(levels, data.weights, p, d, iterates), strewn_starts(strips, p, d, strewn), *known]
     modes = find_modes(objective(strips, d, chosen), np.vstack(starts))
     samples = None
     if method == "average":

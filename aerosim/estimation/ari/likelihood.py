@@ -10,6 +10,7 @@ smoothed differences and of their posterior covariances, which lie within the ba
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 from numba import njit
@@ -231,6 +232,13 @@ class Strips:
     def observed(self) -> int:
         """Number of observations of positive weight."""
         return int(np.count_nonzero(self.w > 0.0))
+
+    def head(self, most: int) -> Strips:
+        """The first strips, or what of the first one is not more than `most` epochs."""
+        count = max(int(np.searchsorted(self.starts, most, side="right")) - 1, 1)
+        bounds = np.minimum(self.starts[: count + 1], max(most, 1))
+        parts = [slice(a, b) for a, b in pairwise(bounds)]
+        return Strips([self.y[part] for part in parts], [self.w[part] for part in parts])
 
     def deviance(
         self, thetas: Array, d: int, *, gradient: bool = False, tol: float = 4e-15

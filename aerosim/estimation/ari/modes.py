@@ -16,6 +16,8 @@ Objective = Callable[[Array], tuple[Array, Array]]
 STEP_MAX = 1.5  # of one iteration, in any parameter: atanh of r or logarithms of variances
 ARMIJO = 1e-4
 SHORTEST = 1e-10
+STREWN = (-9.0, 0.0)  # logarithms of variances, those of the differenced observations being 1
+SHOWN = 2000
 
 
 @dataclass(frozen=True)
@@ -85,6 +87,19 @@ def descend(of: Objective, starts: Array, *, most: int = 120, enough: float = 1e
             live[j] = -(g[j] @ step[j]) > enough
         live[on] &= length[on] > SHORTEST
     return theta, f
+
+
+def strewn_starts(strips: Strips, p: int, d: int, count: int, tries: int = 200) -> Array:
+    """The most likely of parameters strewn widely, (count, p + 2): hills that no iterate of the paper lies on.
+
+    Judged by the first `SHOWN` observations.
+    """
+    rng = np.random.default_rng(p + 10 * d)
+    low, high = STREWN
+    thetas = np.c_[rng.normal(0.0, 0.7, (tries, p)), rng.uniform(low, high, (tries, 2))]
+    value, _ = strips.head(SHOWN).deviance(thetas, d, tol=1e-8)
+    best: Array = thetas[np.argsort(np.where(np.isfinite(value), value, np.inf))[:count]]
+    return best
 
 
 def precision_at(of: Objective, theta: Array, h: float = 1e-3) -> Array:

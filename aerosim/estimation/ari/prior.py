@@ -23,7 +23,7 @@ class Prior:
     likelihood; only walls far outside hold it.
     """
 
-    kn: float = 1.0
+    kn: float = 2.0
     ke: float = 0.5
     s2: float = 0.25
     first: float = 1.0

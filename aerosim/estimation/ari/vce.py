@@ -67,7 +67,7 @@ def spectral_components(y: Array, a: Array, d: int, *, most: int = 500) -> Proce
     The periodogram of the differences, tapered by Hann, is shared out between the two spectra; the redundancies
     are the sums of the shares.  Fixed point: the maximum of Whittle's likelihood.
     """
-    z = np.diff(y, n=d)
+    z, a = np.diff(y, n=d), np.asarray(a, float)
     n = len(z)
     taper = np.hanning(n + 2)[1:-1]
     power: Array = np.abs(np.fft.rfft(taper * (z - (np.mean(z) if d == 0 else 0.0))))[1 : (n + 1) // 2] ** 2
@@ -84,7 +84,7 @@ def spectral_components(y: Array, a: Array, d: int, *, most: int = 500) -> Proce
         e2 *= float(np.sum(share_e * power / total) / np.sum(share_e))
         if abs(np.log(n2 / old[0])) + abs(np.log(e2 / old[1])) < SETTLED:
             break
-    return Process(np.asarray(a, float), d, float(np.sqrt(n2)), float(np.sqrt(e2)))
+    return Process(a, d, float(np.sqrt(n2)), float(np.sqrt(e2)))
 
 
 def autoregression(series: list[Array], p: int) -> Array:

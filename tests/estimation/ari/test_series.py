@@ -106,7 +106,7 @@ def test_outliers_only_are_refused() -> None:
     y = rng.normal(size=300)
     wild = rng.uniform(size=300) < 0.5
     y[wild] = rng.choice([-1.0, 1.0], wild.sum()) * 10.0 ** rng.uniform(2.0, 6.0, wild.sum())
-    with pytest.raises(InputError, match="are outliers of the rest .*robust='none'"):
+    with pytest.raises(InputError, match=r"are outliers of the rest .*robust='none'"):
         fit_ari(y, 1, 1)
 
 
