@@ -94,7 +94,7 @@ def prospect(
     least = np.unravel_index(int(surface.argmin()), surface.shape)
     value = float(surface[least])
     flat, rival = _ratios(surface, least)
-    accepted, near = _drawn(eye, row1, rows2, math.sqrt(noise / 2.0), -round(first / STEP_PX))
+    accepted, near = _drawn(eye, row1, rows2, math.sqrt(noise / 2.0))
     sd_mu, sd_n = _formal(slopes, value * math.sqrt(math.pi / 2.0))
     floor = FLOOR_PX if eye.subpixel else WHOLE_PX
     sd_angle = math.hypot(EFFICIENCY * sd_mu, floor) / eye.spacing_px
@@ -111,11 +111,10 @@ def _noise(pixels: int, max_shift: int, steps: int) -> tuple[Values, Values]:
     return wide, rng.standard_normal((DRAWS, steps, pixels), dtype=np.float32)
 
 
-def _drawn(eye: Eye, row1: Array, rows2: Array, noise: float, true_step: int) -> tuple[float, float]:
-    """Probability that a strip is taken, and that it is taken within a pixel of where it is.
+def _drawn(eye: Eye, row1: Array, rows2: Array, noise: float) -> tuple[float, float]:
+    """Probability that a strip is taken, and that it is taken within a pixel of its shift.
 
-    row1: (phases, u + 2 j); rows2: (steps, u), without noise; noise: of a pixel, in the orthophoto's grey levels;
-    true_step: row of the surface at which row II meets the strip.
+    row1: (phases, u + 2 j); rows2: (steps, u), without noise; noise: of a pixel, in the orthophoto's grey levels.
     """
     noise1, noise2 = _noise(eye.pixels, eye.max_shift, len(rows2))
     found = _troughs(
@@ -129,7 +128,7 @@ def _drawn(eye: Eye, row1: Array, rows2: Array, noise: float, true_step: int) ->
         taken = max(_chance(flat, rival, FLAT), _chance(flat_soon, rival_soon, PLAIN)) / len(found)
         accepted += taken
         # the next whole pixel is what a quadratic surface puts right; one further off is a mistake
-        if abs(k - eye.max_shift) <= 1 and abs(step - true_step) * STEP_PX <= NEAR_PX:
+        if abs(k - eye.max_shift) <= 1:
             near += taken
     return accepted, near
 
