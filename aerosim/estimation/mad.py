@@ -133,24 +133,6 @@ def correlate(
     return count
 
 
-@njit(cache=True)
-def compare(
-    row2: Grey,
-    gain: float,
-    centre: bool,
-    rows1: Grey,
-    steps: NDArray[np.int64],
-    settle: int,
-    surfaces: Grey,
-    least: Grey,
-    least_step: NDArray[np.int64],
-    ready: NDArray[np.bool_],
-) -> int:  # pragma: no cover - compiled
-    """`prepared` and `correlate` in one call."""
-    row2 = _prepared(row2, 0, np.float32(gain), centre)
-    return int(correlate(row2, rows1, steps, settle, surfaces, least, least_step, ready))
-
-
 def judge(
     surface: NDArray[np.float32],
     steps_per_px: float,

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from aerosim.estimation.mad import Trough, compare, judge, padded, prepared, refine
+from aerosim.estimation.mad import Trough, correlate, judge, padded, prepared, refine
 from aerosim.signals import MountReading, Reason, RowExposure, StripMatch
 
 NEVER = -(2**62)  # step of an empty slot: it does not come up
@@ -80,9 +80,11 @@ class StripRecogniser:
         self._stamps[exposure.number % len(self._stamps)] = exposure.t, mount.yaw
         decided: list[StripMatch] = []
         if self._open:
-            ready = compare(
-                exposure.row2, TAKEN_S / exposure.exposure, self._par.mean_subtracted, self._rows1, self._steps,
-                self._settle, self._surfaces, self._least, self._least_step, self._ready,
+            # two calls: compiled into one, sums would depend on whether it was just compiled or had been kept
+            row2 = prepared(exposure.row2, 0, TAKEN_S / exposure.exposure, self._par.mean_subtracted)
+            ready = correlate(
+                row2, self._rows1, self._steps, self._settle, self._surfaces, self._least, self._least_step,
+                self._ready,
             )  # fmt: skip
             if exposure.missing:
                 decided = self._lose(exposure.t)
