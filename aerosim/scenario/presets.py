@@ -29,7 +29,7 @@ MODE_DEFAULTS: Mapping[str, Mapping[str, Any]] = {
 BEST: Mapping[str, Mapping[str, Any]] = {
     "none": {
         "crab": {"walk_deg2_per_s": 0.0225, "sigma_deg": 1.0},
-        "vh": {"walk_pct2_per_s": 0.1, "sigma_pct": 1.0},
+        "vh": {"walk_pct2_per_s": 0.03, "sigma_pct": 2.0},
     },
     "gyro": {
         "crab": {"walk_deg2_per_s": 0.0225, "sigma_deg": 0.15},

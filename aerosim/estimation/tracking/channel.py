@@ -1,27 +1,30 @@
-"""One quantity followed: a lag filter that takes blocks of strips and learns their noise from its innovations."""
+"""One quantity followed: a filter with lags takes blocks of strips and learns their noise from its innovations."""
 
 from __future__ import annotations
 
 import math
 
-from aerosim.estimation.tracking.lag_filter import LagFilter, WalkModel
+from aerosim.estimation.tracking.lag_filter import LagFilter
+from aerosim.estimation.tracking.sway_filter import SwayFilter
 
 LEARN = 0.1  # share of an innovation's surprise that goes into the noise
+SURPRISE_MOST = 8.0  # of one block: nine times the expected square
 GATE = 5.0
+LEAST_SWAY = 1.0  # times the noise
+COARSE = 0.05  # of the sway's variance: what its model leaves, as measured on JSBSim flights
 
 
 class Channel:
     """Means of a quantity over intervals, taken in blocks."""
 
-    def __init__(
-        self, model: WalkModel, step: float, reach: float, floor: float, noise: float, ends: bool = False
-    ) -> None:
-        """step: of the lags, s.  reach: longest interval back, s.  floor, noise: least and first variance of a
-        block's mean.  ends: see LagFilter.
+    def __init__(self, filter_: LagFilter | SwayFilter, floor: float, noise: float) -> None:
+        """floor, noise: least and first variance of a block's mean.
+
+        Learned is the noise or, if the filter follows it, the variance of the sway: then the noise is the floor.
         """
-        self.filter = LagFilter(model, step, reach, ends)
+        self.filter = filter_
         self._floor = floor
-        self._noise = noise
+        self._noise = noise if isinstance(filter_, LagFilter) else floor
         self._block: list[tuple[float, float, float]] = []
         self.innovation = math.nan
 
@@ -32,17 +35,22 @@ class Channel:
 
     @property
     def noise(self) -> float:
-        """Variance of a block's mean, as learned."""
-        return self._noise
+        """Variance of a block's mean beside what the filter follows, as learned."""
+        return self._noise + (COARSE * self.filter.sway if isinstance(self.filter, SwayFilter) else 0.0)
+
+    @property
+    def scatter(self) -> float:
+        """Variance of a block's mean about a known course: the noise, and the sway at its two looks."""
+        return self.noise + (2.0 * self.filter.sway if isinstance(self.filter, SwayFilter) else 0.0)
 
     def surprise(self, t1: float, t2: float, value: float) -> float:
-        """How far a strip lies from what is expected, in standard deviations."""
-        expected, variance = self.filter.expect(t1, t2)
-        return (value - expected) / math.sqrt(variance + self._noise)
+        """How far a strip lies from what is expected, in standard deviations.
 
-    def spread(self, t1: float, t2: float) -> float:
-        """Standard deviation of a strip to come."""
-        return math.sqrt(self.filter.expect(t1, t2)[1] + self._noise)
+        Beside sway, the noise is not learned: single strips scatter about twice as much as a block.
+        """
+        expected, variance = self.filter.expect(t1, t2)
+        single = self.noise if isinstance(self.filter, LagFilter) else self.noise + 3.0 * self._noise
+        return (value - expected) / math.sqrt(variance + single)
 
     def add(self, t1: float, t2: float, value: float) -> None:
         """A strip of the present block."""
@@ -57,11 +65,16 @@ class Channel:
         t1, t2, value = (sum(each[k] for each in self._block) / count for k in range(3))
         self._block.clear()
         expected, variance = self.filter.expect(t1, t2)
-        off = value - expected
-        self.innovation = off / math.sqrt(variance + self._noise)
-        self.filter.update(t1, t2, value, self._noise)
-        # innovations larger or smaller than expected are the noise's doing, as far as it makes them
-        total = variance + self._noise
-        surprise = min(self.innovation**2, 9.0) - 1.0
-        self._noise = max(self._noise * (1.0 + LEARN * surprise * self._noise / total), self._floor)
+        total = variance + self.noise
+        self.innovation = (value - expected) / math.sqrt(total)
+        self.filter.update(t1, t2, value, self.noise)
+        self._learn(total)
         return True
+
+    def _learn(self, total: float) -> None:
+        """Innovations larger or smaller than expected are the noise's doing, as far as it makes them."""
+        surprise = min(self.innovation**2 - 1.0, SURPRISE_MOST)
+        if isinstance(self.filter, SwayFilter):
+            self.filter.learn(LEARN * surprise, total, LEAST_SWAY * self._floor)
+        else:
+            self._noise = max(self._noise * (1.0 + LEARN * surprise * self._noise / total), self._floor)

@@ -30,12 +30,8 @@ class LagFilter:
     Source: the stationary Riccati equation with the lags in the state, as in docs/best.md.
     """
 
-    def __init__(self, model: WalkModel, step: float, reach: float, ends: bool = False) -> None:
-        """step: of the lags, s.  reach: how far back a measured interval may begin, s.
-
-        ends: what is measured is the mean of the two end values and not of all that lies between.
-        """
-        self._ends = ends
+    def __init__(self, model: WalkModel, step: float, reach: float) -> None:
+        """step: of the lags, s.  reach: how far back a measured interval may begin, s."""
         self._model = model
         self._step = step
         self._lags = math.ceil(reach / step) + 2
@@ -73,16 +69,15 @@ class LagFilter:
     def expect(self, t1: float, t2: float) -> tuple[float, float]:
         """Mean over [t1, t2] (s) as believed, and its variance."""
         self._weigh(t1, t2)
-        return _expected(self._x, self._cov, self._h)
+        return expected(self._x, self._cov, self._h)
 
     def update(self, t1: float, t2: float, observed: float, noise: float) -> float:
         """Take the mean over [t1, t2] (s) as observed with a variance; returns the gain of the present value."""
         self._weigh(t1, t2)
-        return float(_update(self._x, self._cov, self._h, observed, noise))
+        return float(updated(self._x, self._cov, self._h, observed, noise))
 
     def _weigh(self, t1: float, t2: float) -> None:
-        weights = _end_weights if self._ends else _weights
-        weights(self._h, self._step, (self.t - t1) / self._step, (self.t - t2) / self._step)
+        interval_weights(self._h, self._step, (self.t - t1) / self._step, (self.t - t2) / self._step)
 
     def now(self, t: float) -> tuple[float, float]:
         """Value and variance at time t (s), not before the last step."""
@@ -116,9 +111,10 @@ def _shift(x: Array, cov: Array, step: float, keep: float, walk: float, kick: fl
 
 
 @njit(cache=True)
-def _weights(h: Array, step: float, old: float, new: float) -> None:  # pragma: no cover - compiled
+def interval_weights(h: Array, step: float, old: float, new: float) -> None:  # pragma: no cover - compiled
     """Weights of the lags in the mean over [old, new] (in steps back), x taken as straight between the lags.
 
+    h: (lags + 1,), filled; the last is the slope's.
     What lies after the newest lag (new < 0) is x0 carried on along the slope.
     """
     n = h.shape[0] - 1
@@ -145,23 +141,8 @@ def _weights(h: Array, step: float, old: float, new: float) -> None:  # pragma: 
 
 
 @njit(cache=True)
-def _end_weights(h: Array, step: float, old: float, new: float) -> None:  # pragma: no cover - compiled
-    """Weights of the lags in the mean of the values at `old` and `new` (in steps back)."""
-    n = h.shape[0] - 1
-    h[:] = 0.0
-    for back in (old, new):
-        if back <= 0.0:
-            h[0] += 0.5
-            h[n] -= 0.5 * back * step
-            continue
-        i = min(int(back), n - 2)
-        part = min(back - i, 1.0)
-        h[i] += 0.5 * (1.0 - part)
-        h[i + 1] += 0.5 * part
-
-
-@njit(cache=True)
-def _expected(x: Array, cov: Array, h: Array) -> tuple[float, float]:  # pragma: no cover - compiled
+def expected(x: Array, cov: Array, h: Array) -> tuple[float, float]:  # pragma: no cover - compiled
+    """Value and variance of what the weights h make of a state x with covariance cov; (n,), (n, n), (n,)."""
     value, variance = 0.0, 0.0
     n = x.shape[0]
     for i in range(n):
@@ -173,7 +154,8 @@ def _expected(x: Array, cov: Array, h: Array) -> tuple[float, float]:  # pragma:
 
 
 @njit(cache=True)
-def _update(x: Array, cov: Array, h: Array, observed: float, noise: float) -> float:  # pragma: no cover - compiled
+def updated(x: Array, cov: Array, h: Array, observed: float, noise: float) -> float:  # pragma: no cover - compiled
+    """Take h x as observed with a variance: x (n,) and cov (n, n) are changed; returns the gain of x[0]."""
     n = x.shape[0]
     gain = np.zeros(n)
     for i in range(n):

@@ -51,11 +51,13 @@ class StripSetup:
 class Window(NamedTuple):
     """along: px of ground motion to either side of the prediction; half: shifts to either side.
 
-    slant: rad, by which the camera may have turned more or less than is known; 0: not looked for.
+    soon: px behind the prediction after which a first look is taken, along: none.  slant: rad, by which the camera
+    may have turned more or less than is known; 0: not looked for.
     """
 
     along: float
     half: int
+    soon: float
     slant: float = 0.0
 
 
@@ -88,6 +90,7 @@ class Strips:
         self._number1 = np.full(slots, -1, np.int64)
         self._id = np.zeros(slots, np.int64)
         self._looked = np.zeros(slots, np.bool_)
+        self._late = np.zeros(slots, np.bool_)  # the first look found nothing: the next is the last
         # first and last exposure within the window, that nearest to the prediction and its shift
         self._begin = np.full(slots, -1, np.int64)
         self._end = np.full(slots, -1, np.int64)
@@ -140,7 +143,7 @@ class Strips:
         self._seen[slot] = ahead(self.ring[at], self._apart, s.focal_px, s.level)
         self._number1[slot], self._id[slot] = number, self._strips
         self._begin[slot] = self._end[slot] = -1
-        self._near[slot], self._looked[slot] = np.inf, False
+        self._near[slot], self._looked[slot], self._late[slot] = np.inf, False, False
         self._strips += 1
 
     def closed_unknown(self, number: int) -> list[int]:
@@ -160,10 +163,11 @@ class Strips:
         """Strips whose window is over.  track, speed: see `mismatch`."""
         s = self._setup
         self._half, self._slant = window.half, window.slant
+        self._late |= window.soon >= window.along
         count = _follow(
             self.ring, number, self._number1, self._seen, track, speed, self._apart, s.focal_px, s.level,
-            window.along, s.pixels, self._behind / self._steps_per_px, self._first, self._last,
-            self._begin, self._end, self._near, self._centre, self._miss, self._looked,
+            window.along, window.soon, self._late, s.pixels, self._behind / self._steps_per_px,
+            self._first, self._last, self._begin, self._end, self._near, self._centre, self._miss, self._looked,
         )  # fmt: skip
         return np.flatnonzero(self._looked & (self._number1 >= 0)).tolist() if count else []
 
@@ -175,12 +179,20 @@ class Strips:
         number, t = exposure.number, exposure.t
         begin, end = int(self._begin[slot]), int(self._end[slot])
         complete = final or number - self._number1[slot] >= self._last
+        last_look = complete and (not final or bool(self._late[slot]))
+        if not last_look:  # what the fit wants behind a minimum has been seen
+            end = min(end, number - self._behind)
+        if final and not last_look and end - begin < 2:
+            self._late[slot] = True
+            return None
         if not self._worth(slot, final):
             return Found(self._lost(slot, t, Reason.BORDER_N if final else Reason.SKIPPED))
         slants = (0.0,) if self._slant == 0.0 else (-self._slant, 0.0, self._slant)
-        looked = self._look(slot, Where(begin, end, self._shift(slot), self._half, slants, complete), complete)
-        if not complete and not looked.accepted:
-            self._begin[slot] = self._end[slot] = -1  # should the track be known by then, its window is another
+        looked = self._look(slot, Where(begin, end, self._shift(slot), self._half, slants, complete), last_look)
+        if not last_look and not looked.accepted:
+            self._late[slot] = final
+            if not final:  # should the track be known by then, its window is another
+                self._begin[slot] = self._end[slot] = -1
             return None
         if not looked.accepted:
             return Found(self._match(slot, looked.trough, begin, looked.found, t))
@@ -266,6 +278,8 @@ def _follow(
     focal: float,
     level: float,
     along: float,
+    soon: float,
+    late: NDArray[np.bool_],
     pixels: int,
     settle: float,
     first: int,
@@ -277,7 +291,7 @@ def _follow(
     miss: Array,
     over: NDArray[np.bool_],
 ) -> int:  # pragma: no cover - compiled
-    """Note which exposures lie within each strip's window; marks the strips whose window is over, counts them."""
+    """Note which exposures lie within each strip's window; marks those that are to be looked at, counts them."""
     mismatch(ring, number, number1, seen, track, speed, spacing, focal, level, miss)
     now = ring[number % ring.shape[0]]
     count = 0
@@ -294,7 +308,8 @@ def _follow(
                 near[s], centre[s] = abs(miss[s, 0]), miss[s, 1]
         then = ring[number1[s] % ring.shape[0]]
         turn = abs(now[YAW] + now[MOUNT] - then[YAW] - then[MOUNT])
-        if miss[s, 0] < -(along + settle + turn * pixels / 2.0) or age > last + 32:
+        until = along if late[s] else soon
+        if miss[s, 0] < -(until + settle + turn * pixels / 2.0) or age > last + 32:
             over[s] = True
             count += 1
     return count

@@ -8,12 +8,14 @@ from typing import Literal
 
 from aerosim.estimation.motion import UNKNOWN, UNUSED
 from aerosim.estimation.observer import Decided
+from aerosim.estimation.tracking.belief import Belief, UnaidedBelief
 from aerosim.estimation.tracking.channel import GATE, Channel
 from aerosim.estimation.tracking.geometry import PUSHED, TIME, TURNED
-from aerosim.estimation.tracking.lag_filter import WalkModel
+from aerosim.estimation.tracking.lag_filter import LagFilter, WalkModel
 from aerosim.estimation.tracking.levelling import Levelled
 from aerosim.estimation.tracking.strips import Strips, StripSetup, Window
 from aerosim.estimation.tracking.supervisor import State, Supervisor
+from aerosim.estimation.tracking.sway_filter import SwayFilter
 from aerosim.estimation.tracking.yaw_rate import YawRate
 from aerosim.frames import GRAVITY
 from aerosim.signals import (
@@ -27,6 +29,8 @@ from aerosim.signals import (
 )
 
 SLANT, SLANT_FROM = math.radians(4.0), math.radians(1.0)  # looked for from such a scatter of blocks on
+ROLL_S, PITCH_S = 1.5, 4.0  # of an unaided camera: study of JSBSim flights in docs/best.md
+SOON = 0.3  # of the window's half: most strips lie before it and need not wait for the rest
 Aiding = Literal["none", "gyro", "bank", "imu"]
 
 
@@ -70,11 +74,7 @@ class Tracker:
         self._log_planned = math.log(par.planned_vh)
         span = setup.planned_n * setup.period
         step = max(1, round(span / 26.0 / setup.period)) * setup.period
-        reach = setup.search[1] * span + 4.0
-        # without a gyro drift is followed; it wanders with the heading, of which a strip has the two end values
-        blind = par.aiding == "none"
-        self._track = Channel(par.track, step, reach, par.floor_track, par.noise_track, ends=blind)
-        self._speed = Channel(par.vh, step, reach, par.floor_vh, par.noise_vh)
+        self._belief = _belief(par, step, setup.search[1] * span + 4.0)
         self._roll = Levelled(par.gyro_drift, par.level_sigma, par.level_time)
         self._pitch = Levelled(par.gyro_drift, par.level_sigma, par.level_time)
         self._yaw_rate = YawRate()
@@ -116,9 +116,10 @@ class Tracker:
         self._t = unit.t
         if span <= 0.0 or self._guard.state is State.SEEKING or self._par.aiding == "gyro":
             return
-        speed = math.exp(self._log_vh(unit.t)) * self._par.planned_height
+        believed = self._belief.now(unit.t)
+        speed = math.exp(believed.log_vh + self._push) * self._par.planned_height
         ahead, right = self._accelerations(roll, pitch, unit.accel_x, unit.accel_y, unit.accel_z)
-        drift = self._track_now(unit.t) - unit.yaw
+        drift = believed.track + self._turn - unit.yaw
         across = right * math.cos(drift) - ahead * math.sin(drift)
         along = ahead * math.cos(drift) + right * math.sin(drift)
         turn, push = across / speed * span, along / speed * span
@@ -142,15 +143,13 @@ class Tracker:
         if state is State.SEEKING:
             closed = self._strips.closed_unknown(exposure.number)
         else:
-            closed = self._strips.closed(exposure.number, *self._beliefs(t), self._width(t))
+            closed = self._strips.closed(exposure.number, *self._expected(t))
         decided = [self._decide(slot, exposure, mount.yaw, state) for slot in closed]
         if state is not State.SEEKING and t >= self._block_ends:
             self._block_ends += self._par.block
             if self._guard.doubtful:
-                self._track.filter.inflate(self._track.noise)
-                self._speed.filter.inflate(self._speed.noise)
-            taken = [self._track.close(t), self._speed.close(t)]
-            self._fresh = self._fresh or all(taken)
+                self._belief.doubt()
+            self._fresh = self._belief.close(t) or self._fresh
         self._guard.watch(t)
         return [each for each in decided if each is not None]
 
@@ -162,45 +161,36 @@ class Tracker:
         t = self._strips.t
         level = self._par.strips.level
         pitch = pitch + level if self._par.aiding != "none" else 0.0
-        vh = math.exp(self._log_vh(t))
+        believed = self._belief.now(t)
+        vh = math.exp(believed.log_vh + self._push)
         return MotionEstimate(
             t,
-            math.remainder(self._track_now(t) - yaw, 2.0 * math.pi),
+            math.remainder(believed.track + self._turn - yaw, 2.0 * math.pi),
             vh,
-            math.sqrt(self._track.filter.now(t)[1]),
-            vh * math.sqrt(self._speed.filter.now(t)[1]),
+            math.sqrt(believed.var_track),
+            vh * math.sqrt(believed.var_log_vh),
             True,
             held=self._guard.state is State.HELD,
             pitch=pitch,
             yaw_rate=self._yaw_rate.rate,
         )
 
-    # beliefs
-
-    def _track_now(self, t: float) -> float:
-        return self._track.filter.now(t)[0] + self._turn
-
-    def _log_vh(self, t: float) -> float:
-        return self._speed.filter.now(t)[0] + self._push
-
-    def _beliefs(self, t: float) -> tuple[float, float]:
-        """Track and v/h less what has been turned and pushed since."""
-        return self._track.filter.now(t)[0], math.exp(self._speed.filter.now(t)[0])
-
-    def _width(self, t: float) -> Window:
-        """Window of the next strips, from what they are expected to scatter."""
+    def _expected(self, t: float) -> tuple[float, float, Window]:
+        """Track and v/h as the next strip will show them, less what has been turned and pushed; its window."""
         setup = self._par.strips
-        t1 = t - setup.planned_n * setup.period
-        wide = 2.0 if self._guard.doubtful else 1.0
-        along = wide * 4.0 * self._speed.spread(t1, t) * setup.spacing_px
-        across = wide * 4.0 * self._track.spread(t1, t) * setup.spacing_px
+        now = self._belief.now(t)
+        next_ = self._belief.strip(t - setup.spacing_px / setup.focal_px * math.exp(-now.log_vh), t)
+        wide = 3.0 * setup.spacing_px
+        if self._par.aiding != "none":  # no tilt hides in them: the course now is what the window follows
+            next_ = next_._replace(track=now.track, log_vh=now.log_vh)
+            wide = (8.0 if self._guard.doubtful else 4.0) * setup.spacing_px
+        along, across = wide * math.sqrt(next_.var_log_vh), wide * math.sqrt(next_.var_track)
         # a gust that yaws the nose turns an unaided camera by about as much as its strips scatter
-        blind = self._par.aiding == "none" and self._track.noise > SLANT_FROM**2
-        return Window(
-            min(max(along + 1.0, 1.85), 0.35 * setup.spacing_px),
-            min(max(math.ceil(across) + 3, setup.max_shift), 2 * setup.max_shift),
-            SLANT if blind else 0.0,
-        )
+        blind = self._par.aiding == "none" and self._belief.first.scatter > SLANT_FROM**2
+        along = min(max(along + 1.0, 1.85), 0.35 * setup.spacing_px)
+        half = min(max(math.ceil(across) + 3, setup.max_shift), 2 * setup.max_shift)
+        window = Window(along, half, max(SOON * along, min(along, 1.85)), SLANT if blind else 0.0)
+        return next_.track, math.exp(next_.log_vh), window
 
     # strips
 
@@ -223,19 +213,13 @@ class Tracker:
         if state is State.SEEKING:
             self._try_start(t, track, speed)
             return match, UNUSED
-        track += 2.0 * math.pi * round((self._track.filter.now(t)[0] - track) / (2.0 * math.pi))
-        off = max(
-            abs(self._track.surprise(t1, t2, track)),
-            abs(self._speed.surprise(t1, t2, speed)),
-        )
-        if off > GATE:
+        if self._belief.surprise(t1, t2, track, speed) > GATE:
             self._guard.strip(t, False)
             if self._guard.doubtful or self._guard.state is State.HELD:
                 self._try_start(t, track, speed)
             return match._replace(reason=Reason.UNEXPECTED), UNUSED
         self._guard.strip(t, True)
-        self._track.add(t1, t2, track)
-        self._speed.add(t1, t2, speed)
+        self._belief.add(t1, t2, track, speed)
         return match, self._use(t)
 
     def _use(self, t: float) -> StripUse:
@@ -243,27 +227,31 @@ class Tracker:
         if not self._fresh:
             return UNUSED
         self._fresh = False
-        vh = math.exp(self._log_vh(t))
+        believed = self._belief.now(t)
+        vh = math.exp(believed.log_vh + self._push)
         return StripUse(
             math.nan,  # a matrix's doing: no scalar gain could be replayed
             math.nan,
-            self._track.innovation,
-            self._speed.innovation,
-            self._track.filter.now(t)[1],
-            vh * vh * self._speed.filter.now(t)[1],
+            *self._belief.innovations,
+            believed.var_track,
+            vh * vh * believed.var_log_vh,
         )
 
     def _try_start(self, t: float, track: float, speed: float) -> None:
         """Believe three strips that agree."""
         par = self._par
+        # strips of one moment agree in a tilt that they share: they may be as far off as strips have scattered
+        scatter = (
+            max(par.scatter_track, self._belief.first.scatter),
+            max(par.scatter_vh, self._belief.second.scatter),
+        )
         within = 4.0 * math.sqrt(par.scatter_track), 4.0 * math.sqrt(par.scatter_vh)
-        now = (self._track.filter.now(t)[0], self._speed.filter.now(t)[0])
-        belief = None if self._guard.state is State.SEEKING else now
+        now = self._belief.now(t)
+        belief = None if self._guard.state is State.SEEKING else (now.track, now.log_vh)
         agreed = self._guard.found(t, track, speed, within, belief)
         if agreed is None:
             return
-        self._track.start(t, agreed[0], par.scatter_track)
-        self._speed.start(t, agreed[1], par.scatter_vh)
+        self._belief.start(t, *agreed, scatter)
         self._block_ends = t + par.block
 
     def _look_beyond(self, match: StripMatch, yaw: float) -> None:
@@ -275,3 +263,20 @@ class Tracker:
         if abs(self._beyond) >= 3:
             self._seek = (match.yaw1 + match.yaw2) / 2.0 + math.atan2(match.mu, self._par.strips.spacing_px)
             self._beyond = 0
+
+
+def _belief(par: TrackerParameters, step: float, reach: float) -> Belief:
+    """Filters with lags of `step` (s) that reach back by `reach`, s."""
+    if par.aiding != "none":
+        return Belief(
+            Channel(LagFilter(par.track, step, reach), par.floor_track, par.noise_track),
+            Channel(LagFilter(par.vh, step, reach), par.floor_vh, par.noise_vh),
+        )
+    # drift wanders with the heading, of which a strip has the two end values
+    right = SwayFilter(par.track.walk, step, reach, par.noise_track, ROLL_S, ends=True)
+    ahead = SwayFilter(par.vh.walk, step, reach, par.noise_vh, PITCH_S, ends=False)
+    return UnaidedBelief(
+        Channel(right, par.floor_track, par.noise_track),
+        Channel(ahead, par.floor_vh, par.noise_vh),
+        par.planned_vh,
+    )

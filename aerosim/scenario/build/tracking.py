@@ -14,12 +14,13 @@ from aerosim.scenario.scenario import Scenario
 from aerosim.sensing.ccd_rows import pixel_rays
 
 DEGREE = radians(1.0)
-# Strips are taken together over so long: without a gyro their errors last as long as a roll does.
-BLOCK_S = {"none": 4.0, "gyro": 0.5, "bank": 0.5, "imu": 0.5}
+BLOCK_S = 0.5  # strips are taken together over so long
 # How far strips that agree may scatter, deg and %, before anything is known.
 SCATTER_TRACK = {"none": 2.0, "gyro": 0.5, "bank": 0.5, "imu": 0.5}
 SCATTER_VH = {"none": 3.0, "gyro": 1.0, "bank": 1.0, "imu": 1.0}
-FLOOR_TRACK, FLOOR_VH = 0.01, 0.03  # deg and %: a block is not believed to be better
+# deg and %: a block is not believed to be better; unaided, sway comes on top
+FLOOR_TRACK = {"none": 0.1, "gyro": 0.01, "bank": 0.01, "imu": 0.01}
+FLOOR_VH = {"none": 0.1, "gyro": 0.03, "bank": 0.03, "imu": 0.03}
 LEVEL_DEG, LEVEL_S, GYRO_DEG_PER_H = 0.1, 60.0, 10.0  # a small unit's data sheet
 SLOPE_S = 1000.0  # the level error that is left once the gyro has smoothed it changes so slowly
 
@@ -58,9 +59,9 @@ def tracker_of(scenario: Scenario, vh: float, height: float, level: float) -> Tr
         aiding=aiding,
         track=WalkModel(est.crab.walk_deg2_per_s * DEGREE**2, max(wrong, 1e-5), SLOPE_S),
         vh=WalkModel(est.vh.walk_pct2_per_s * 1e-4, max(along, 1e-5), SLOPE_S),
-        block=BLOCK_S[aiding],
-        floor_track=(FLOOR_TRACK * DEGREE) ** 2,
-        floor_vh=(FLOOR_VH * 1e-2) ** 2,
+        block=BLOCK_S,
+        floor_track=(FLOOR_TRACK[aiding] * DEGREE) ** 2,
+        floor_vh=(FLOOR_VH[aiding] * 1e-2) ** 2,
         noise_track=(est.crab.sigma_deg * DEGREE) ** 2,
         noise_vh=(est.vh.sigma_pct * 1e-2) ** 2,
         scatter_track=(SCATTER_TRACK[aiding] * DEGREE) ** 2,

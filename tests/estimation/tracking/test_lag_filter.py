@@ -84,17 +84,6 @@ def test_between_two_steps_the_value_moves_along_the_slope() -> None:
     assert later - value == pytest.approx(0.4 * 0.05, rel=0.1)
 
 
-def test_two_end_values_weigh_half_each() -> None:
-    """A value that jumped within the interval: its mean and the mean of its ends differ."""
-    filters = [LagFilter(WalkModel(0.0, 1e-9, 1.0), STEP, reach=10.0, ends=ends) for ends in (False, True)]
-    for found in filters:
-        found.start(0.0, 0.0, 1.0)
-        found.advance(8.0)
-        found.update(8.0, 8.0, 5.0, 1e-12)  # no walk: the whole past becomes 5
-        expected, _ = found.expect(2.0, 8.0)
-        assert expected == pytest.approx(5.0, abs=1e-6)
-
-
 def test_variance_grows_with_the_walk_while_nothing_is_measured() -> None:
     found = LagFilter(WalkModel(0.02, 1e-9, 1.0), STEP, reach=10.0)
     found.start(0.0, 0.0, 0.3)

@@ -108,8 +108,8 @@ def parameters(aiding: str, rays: Rays) -> TrackerParameters:
         track=WalkModel(0.001 * DEG**2, 1e-5, 100.0),
         vh=WalkModel(1e-6, 1e-5, 100.0),
         block=0.5,
-        floor_track=(0.01 * DEG) ** 2,
-        floor_vh=3e-4**2,
+        floor_track=((0.1 if aiding == "none" else 0.01) * DEG) ** 2,
+        floor_vh=(1e-3 if aiding == "none" else 3e-4) ** 2,
         noise_track=(0.3 * DEG) ** 2,
         noise_vh=0.003**2,
         scatter_track=(1.0 * DEG) ** 2,
@@ -124,7 +124,7 @@ def parameters(aiding: str, rays: Rays) -> TrackerParameters:
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_track_to_the_right_is_a_positive_drift(side: float) -> None:
     """Rows along the nose, no aid: drift = track - heading."""
-    now = Flight(track=0.3 + side * 5 * DEG, heading=lambda t: 0.3).fly(15.0).now()
+    now = Flight(track=0.3 + side * 5 * DEG, heading=lambda t: 0.3).fly(20.0).now()
     assert now.valid
     assert now.drift == pytest.approx(side * 5 * DEG, abs=0.1 * DEG)
     assert now.vh == pytest.approx(VH, rel=0.004)
