@@ -170,9 +170,9 @@ def _solve(problem: _Problem, robust: bool) -> tuple[Fit, tuple[float, float], N
     factors = (0.0, 1.0) if problem.lines is None else (0.7, 0.3)
     equations = problem.equations(values)
     _plausible(problem, equations.misfit)
-    usable = np.isfinite(equations.misfit).all(axis=1)
+    usable: NDArray[np.bool_] = np.asarray(np.isfinite(equations.misfit).all(axis=1))
     weight = usable.astype(float)
-    keep: NDArray[np.bool_] = usable
+    keep = usable
     changed = False
     for turn in range(MOST_ROUNDS):
         fit = adjust(equations, values, prior, problem.point, problem.lines, factors, weight)
@@ -185,7 +185,7 @@ def _solve(problem: _Problem, robust: bool) -> tuple[Fit, tuple[float, float], N
         if robust and turn < 4:
             weight = usable * _soft(fit.distance, hard=turn >= 2)
         elif robust:
-            now: NDArray[np.bool_] = np.logical_and(usable, fit.distance < REJECT)
+            now = np.logical_and(usable, fit.distance < REJECT)
             changed = bool((now != keep).any()) and turn < MOST_ROUNDS // 2
             keep = now if turn < MOST_ROUNDS // 2 else keep
             weight = keep.astype(float)

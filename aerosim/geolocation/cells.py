@@ -12,7 +12,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from aerosim.frames import Array
-from aerosim.geolocation.relief import BLOCK, PER_BLOCK, SUBTILE, TILE, Blocks
+from aerosim.geolocation.relief import BLOCK, PER_BLOCK, SUBTILE, TILE
 from aerosim.rasterfile import Values
 
 HIT, MISS, NODATA, OUTSIDE = 0, 1, 2, 3
@@ -28,17 +28,17 @@ NUDGE = 1e-3
 LEAST_STEP = 1e-9
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def _value(c: Array, k: int, u: float) -> float:  # pragma: no cover - compiled
     return float(((c[k, 3] * u + c[k, 2]) * u + c[k, 1]) * u + c[k, 0])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def _rate(c: Array, k: int, u: float) -> float:  # pragma: no cover - compiled
     return float((3.0 * c[k, 3] * u + 2.0 * c[k, 2]) * u + c[k, 1])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def _leaves(c: Array, k: int, u: float, low: float, high: float) -> float:  # pragma: no cover - compiled
     """Parameter at which a coordinate leaves low to high, one Newton step over the straight guess."""
     rate = _rate(c, k, u)
@@ -52,7 +52,7 @@ def _leaves(c: Array, k: int, u: float, low: float, high: float) -> float:  # pr
     return guess - (_value(c, k, guess) - target) / there if there * rate > 0.0 else guess
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def _tile_end(
     c: Array, u: float, x: float, y: float, right: float, bottom: float, size: float
 ) -> float:  # pragma: no cover
@@ -63,7 +63,7 @@ def _tile_end(
     return max(end, u + LEAST_STEP)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def _passes(c: Array, u: float, end: float, low: float, high: float, mode: int) -> int:  # pragma: no cover
     """Mode after a tile of heights low to high if nothing can happen in it, else -1."""
     if high < low:
@@ -77,7 +77,7 @@ def _passes(c: Array, u: float, end: float, low: float, high: float, mode: int) 
     return -1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def _comes_in(c: Array, u: float, right: float, bottom: float) -> float:  # pragma: no cover - compiled
     """Parameter at which a piece that is off the raster comes over it, along chords; 1 if it does not."""
     chords = 16
@@ -99,7 +99,7 @@ def _comes_in(c: Array, u: float, right: float, bottom: float) -> float:  # prag
     return 1.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def _polish(
     c: Array, u: float, span: float, z00: float, gx: float, gy: float, twist: float, i: int, j: int
 ) -> float:  # pragma: no cover
@@ -120,12 +120,13 @@ def _polish(
     return at
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def _cells(
     c: Array,
     u: float,
     end: float,
     posts: Values,
+    slot: int,
     row: int,
     col: int,
     bounds: tuple[int, int, int, int],
@@ -152,8 +153,8 @@ def _cells(
     while True:
         across = u_x < u_y
         u1 = max(min(u_x if across else u_y, end), u)
-        z00, z01 = float(posts[i - row, j - col]), float(posts[i - row, j + 1 - col])
-        z10, z11 = float(posts[i + 1 - row, j - col]), float(posts[i + 1 - row, j + 1 - col])
+        z00, z01 = float(posts[slot, i - row, j - col]), float(posts[slot, i - row, j + 1 - col])
+        z10, z11 = float(posts[slot, i + 1 - row, j - col]), float(posts[slot, i + 1 - row, j + 1 - col])
         gx, gy, twist = z01 - z00, z10 - z00, z00 - z01 - z10 + z11
         x1, y1 = x0 + vx * (u1 - u), y0 + vy * (u1 - u)
         h1 = ((a3 * u1 + a2) * u1 + a1) * u1 + a0
@@ -189,7 +190,7 @@ def _cells(
             return u
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def _settled(f0: float, whole: NDArray[np.int64]) -> int:  # pragma: no cover - compiled
     """What a ray is over that comes onto known ground f0 m above it, out of the unknown; -1: it is lost."""
     mode = whole[MODE]
@@ -202,7 +203,7 @@ def _settled(f0: float, whole: NDArray[np.int64]) -> int:  # pragma: no cover - 
     return UNDER if f0 < 0.0 else ABOVE
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def _down(f0: float, f1: float, bow: float, above: bool) -> float:  # pragma: no cover - compiled
     """Where f0 (1 - t) + f1 t - bow t (1 - t) goes below zero within 0 to 1; -1: nowhere.
 
@@ -226,7 +227,7 @@ def _down(f0: float, f1: float, bow: float, above: bool) -> float:  # pragma: no
     return 1.0 if above and f1 < 0.0 else -1.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def _tile(
     c: Array,
     u: float,
@@ -235,7 +236,9 @@ def _tile(
     tj: int,
     slot: int,
     sure: bool,
-    blocks: Blocks,
+    shape: tuple[int, int],
+    posts: Values,
+    subtiles: Values,
     reals: Array,
     whole: NDArray[np.int64],
 ) -> bool:  # pragma: no cover - compiled
@@ -243,7 +246,7 @@ def _tile(
 
     sure: the ray ends in this tile, which has voids, so it is to be known what it is over at its end.
     """  # fmt: skip
-    right, bottom = blocks.shape[1] - 1, blocks.shape[0] - 1
+    right, bottom = shape[1] - 1, shape[0] - 1
     row, col = ti // PER_BLOCK * BLOCK, tj // PER_BLOCK * BLOCK
     x, y = _value(c, 0, u), _value(c, 1, u)
     vx, vy = (_value(c, 0, end) - x) / (end - u), (_value(c, 1, end) - y) / (end - u)
@@ -261,8 +264,8 @@ def _tile(
         u1 = max(min(u_x if across else u_y, end), u)
         h1 = _value(c, 2, u1)
         bow = bend_2 * (u1 - u) * (u1 - u)
-        low = blocks.subtiles[slot, 0, i - row // SUBTILE, j - col // SUBTILE]
-        high = blocks.subtiles[slot, 1, i - row // SUBTILE, j - col // SUBTILE]
+        low = subtiles[slot, 0, i - row // SUBTILE, j - col // SUBTILE]
+        high = subtiles[slot, 1, i - row // SUBTILE, j - col // SUBTILE]
         mode = whole[MODE]
         if high < low:
             whole[MODE] = VOID
@@ -273,7 +276,7 @@ def _tile(
                 i * SUBTILE, min(i * SUBTILE + SUBTILE, bottom) - 1,
                 j * SUBTILE, min(j * SUBTILE + SUBTILE, right) - 1,
             )  # fmt: skip
-            if _cells(c, u, u1, blocks.posts[slot], row, col, bounds, reals, whole) > 2.0:
+            if _cells(c, u, u1, posts, slot, row, col, bounds, reals, whole) > 2.0:
                 return False
         u, h0 = u1, h1
         if u >= end:
@@ -290,12 +293,23 @@ def _tile(
                 return True
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def follow_piece(
-    c: Array, u: float, last: bool, blocks: Blocks, reals: Array, whole: NDArray[np.int64]
+    c: Array,
+    u: float,
+    last: bool,
+    shape: tuple[int, int],
+    tiles: Values,
+    voids: NDArray[np.bool_],
+    slots: NDArray[np.int32],
+    posts: Values,
+    subtiles: Values,
+    reals: Array,
+    whole: NDArray[np.int64],
 ) -> tuple[int, float]:  # pragma: no cover - compiled
-    """Follow one piece from u on.  last: the ray ends with it.  Returns what happened, and u."""
-    right, bottom = blocks.shape[1] - 1, blocks.shape[0] - 1
+    """Follow one piece from u on.  last: the ray ends with it; shape to subtiles: of Blocks.  What happened,
+    and u."""  # fmt: skip
+    right, bottom = shape[1] - 1, shape[0] - 1
     while u < 1.0:
         j = int(np.floor(_value(c, 0, u) + (NUDGE if _rate(c, 0, u) >= 0.0 else -NUDGE)))
         i = int(np.floor(_value(c, 1, u) + (NUDGE if _rate(c, 1, u) >= 0.0 else -NUDGE)))
@@ -307,18 +321,18 @@ def follow_piece(
             continue
         ti, tj = i // TILE, j // TILE
         end = _tile_end(c, u, tj * TILE, ti * TILE, right, bottom, TILE)
-        mode = _passes(c, u, end, blocks.tiles[0, ti, tj], blocks.tiles[1, ti, tj], whole[MODE])
-        if mode >= 0 and not (last and end >= 1.0 and blocks.voids[ti, tj] and mode != VOID):
+        mode = _passes(c, u, end, tiles[0, ti, tj], tiles[1, ti, tj], whole[MODE])
+        if mode >= 0 and not (last and end >= 1.0 and voids[ti, tj] and mode != VOID):
             whole[MODE] = mode
             u = end
             continue
         bi, bj = ti // PER_BLOCK, tj // PER_BLOCK
-        slot = blocks.slots[bi, bj]
+        slot = slots[bi, bj]
         if slot < 0:
-            whole[WANTED] = bi * blocks.slots.shape[1] + bj
+            whole[WANTED] = bi * slots.shape[1] + bj
             return WANTS, u
-        sure = last and end >= 1.0 and blocks.voids[ti, tj]
-        if not _tile(c, u, end, ti, tj, slot, sure, blocks, reals, whole):
+        sure = last and end >= 1.0 and voids[ti, tj]
+        if not _tile(c, u, end, ti, tj, slot, sure, shape, posts, subtiles, reals, whole):
             return ENDED, u
         u = end
     return GOES_ON, 1.0

@@ -126,7 +126,7 @@ def _outline(transform: Affine, width: int, height: int) -> Array:
     return np.column_stack(applied(transform, x, y))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def cell_of(
     linear: Array, lattice: Array, box: Array, middle: float, lat: float, lon: float
 ) -> tuple[float, float]:  # pragma: no cover - compiled
@@ -179,7 +179,7 @@ def cell_of(
     return x, y
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def _cells(
     linear: Array, lattice: Array, box: Array, middle: float, lat: Array, lon: Array, out: Array
 ) -> None:  # pragma: no cover - compiled

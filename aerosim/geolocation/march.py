@@ -43,12 +43,23 @@ from aerosim.geolocation.relief import Blocks
 
 LONGEST_PIECE = 16_000.0
 # Heights between the nodes of a ray are off by less than this, m.
-SLACK = 2.0
+SLACK = 4.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def _place(
-    grid: GridMap, pos: Array, los: Array, down: Array, nodes: Array, count: int, s: float, p: Array, k: int
+    linear: Array,
+    lattice: Array,
+    box: Array,
+    middle: float,
+    pos: Array,
+    los: Array,
+    down: Array,
+    nodes: Array,
+    count: int,
+    s: float,
+    p: Array,
+    k: int,
 ) -> float:  # pragma: no cover
     """Column, row and height of a ray's point at s into p[:, k]; returns the cosine of its latitude."""
     drop, _slope = dropped(nodes, count, s)
@@ -56,13 +67,11 @@ def _place(
     y = pos[1] + s * los[1] + drop * down[1]
     z = pos[2] + s * los[2] + drop * down[2]
     sine, cosine, p[2, k] = geodetic(x, y, z)
-    p[0, k], p[1, k] = cell_of(
-        grid.linear, grid.lattice, grid.box, grid.middle, np.arctan2(sine, cosine), np.arctan2(y, x)
-    )
+    p[0, k], p[1, k] = cell_of(linear, lattice, box, middle, np.arctan2(sine, cosine), np.arctan2(y, x))
     return cosine
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def _fill(
     pos: Array, los: Array, down: Array, nodes: Array, count: int, s: float, reals: Array
 ) -> None:  # pragma: no cover - compiled
@@ -83,7 +92,7 @@ def _fill(
     reals[ARRIVING], reals[ARRIVING + 1], reals[ARRIVING + 2] = dx / length, dy / length, dz / length
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def _cubics(p: Array, c: Array) -> None:  # pragma: no cover - compiled
     """Coefficients of cubics through values at 0, 1/3, 2/3, 1."""
     for k in range(3):
@@ -94,7 +103,7 @@ def _cubics(p: Array, c: Array) -> None:  # pragma: no cover - compiled
         c[k, 3] = -4.5 * a + 13.5 * b - 13.5 * d + 4.5 * e
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def _longest(geographic: bool, cosine: float) -> float:  # pragma: no cover - compiled
     """Length of a piece, m: shorter beside a pole, where longitude runs away along a straight line."""
     if not geographic:
@@ -103,7 +112,7 @@ def _longest(geographic: bool, cosine: float) -> float:  # pragma: no cover - co
     return float(min(LONGEST_PIECE, (0.08 * to_pole**3) ** 0.25))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def _span(
     pos: Array, los: Array, down: Array, table: Array, low: float, high: float, nodes: Array
 ) -> tuple[int, float, float]:  # pragma: no cover
@@ -127,15 +136,18 @@ def _span(
     return count, begin, end
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def _unmet(mode: int) -> int:  # pragma: no cover - compiled
     """Status of a ray that met no ground, by what it was over at the end."""
     return NODATA if mode == VOID else OUTSIDE if mode == OFF else MISS
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def _next_piece(
-    grid: GridMap,
+    linear: Array,
+    lattice: Array,
+    box: Array,
+    middle: float,
     pos: Array,
     los: Array,
     down: Array,
@@ -147,21 +159,21 @@ def _next_piece(
     c: Array,
 ) -> float:  # pragma: no cover - compiled
     """Coefficients of the piece that begins at s; its length, m, negative off the grid."""
-    cosine = _place(grid, pos, los, down, nodes, count, s, p, 0)
-    length = min(end - s, _longest(grid.geographic, cosine))
+    cosine = _place(linear, lattice, box, middle, pos, los, down, nodes, count, s, p, 0)
+    length = min(end - s, _longest(linear.size > 0, cosine))
     for k in range(1, 4):
-        _place(grid, pos, los, down, nodes, count, s + length * k / 3.0, p, k)
+        _place(linear, lattice, box, middle, pos, los, down, nodes, count, s + length * k / 3.0, p, k)
     if not np.isfinite(p[0].sum() + p[1].sum()):
         return -length
-    if grid.geographic:  # longitude counted on from the first point
-        turn = 2.0 * np.pi * grid.linear[0, 0]
+    if linear.size > 0:  # longitude counted on from the first point
+        turn = 2.0 * np.pi * linear[0, 0]
         for k in range(1, 4):
             p[0, k] -= np.round((p[0, k] - p[0, 0]) / turn) * turn
     _cubics(p, c)
     return length
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def _one(
     pos: Array,
     los: Array,
@@ -173,9 +185,12 @@ def _one(
     whole: NDArray[np.int64],
 ) -> None:  # pragma: no cover - compiled
     """Follow one ray from where it is to its end or to a block that is not here."""  # fmt: skip
+    # taken out once: in a loop each look into a tuple would count references
+    shape, low, high, tiles, voids, slots, posts, subtiles = blocks
+    linear, lattice, box, middle, _geographic = grid
     down, nodes, p, c = work
     whole[WANTED] = -1
-    count, begin, end = _span(pos, los, down, table, blocks.low, blocks.high, nodes)
+    count, begin, end = _span(pos, los, down, table, low, high, nodes)
     if count == 0:
         whole[STATUS] = MISS
         return
@@ -184,14 +199,16 @@ def _one(
         whole[MODE] = ABOVE if begin > 0.0 else START
     s = reals[AT]
     while s < end:
-        length = _next_piece(grid, pos, los, down, nodes, count, s, end, p, c)
+        length = _next_piece(linear, lattice, box, middle, pos, los, down, nodes, count, s, end, p, c)
         if length < 0.0:
             if whole[CROSSINGS] > 0:
                 break
             whole[MODE] = OFF
             s -= length
             continue
-        happened, u = follow_piece(c, 0.0, s + length >= end, blocks, reals, whole)
+        happened, u = follow_piece(
+            c, 0.0, s + length >= end, shape, tiles, voids, slots, posts, subtiles, reals, whole
+        )
         if whole[CROSSINGS] > 0 and whole[STATUS] != HIT:
             whole[STATUS] = HIT
             _fill(pos, los, down, nodes, count, s + reals[FOUND] * length, reals)
@@ -205,7 +222,7 @@ def _one(
         whole[STATUS] = _unmet(whole[MODE])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def follow(
     pos: Array,
     los: Array,
@@ -225,7 +242,7 @@ def follow(
         _one(pos[k], los[k], table, blocks, grid, work, reals[k], whole[k])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def at_height(
     pos: Array, los: Array, table: Array, height: Array, reals: Array, whole: NDArray[np.int64]
 ) -> None:  # pragma: no cover - compiled
