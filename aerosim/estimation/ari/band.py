@@ -84,28 +84,18 @@ def factor(  # noqa: PLR0912
 @njit(cache=True, error_model="numpy")
 def solve(L: Array, x: Array) -> None:  # pragma: no cover - compiled
     """Solve L L' x = b in place.  x: (N,), b on entry."""
+    # the newest term last, no division on the way: what waits for the value before is short
     n, m = L.shape[0], L.shape[1] - 1
     for t in range(n):
         s = x[t]
-        for k in range(1, min(m, t) + 1):
+        for k in range(min(m, t), 0, -1):
             s -= L[t, k] * x[t - k]
-        x[t] = s / L[t, 0]
+        x[t] = s * (1.0 / L[t, 0])
     for t in range(n - 1, -1, -1):
         s = x[t]
-        for k in range(1, min(m, n - 1 - t) + 1):
+        for k in range(min(m, n - 1 - t), 0, -1):
             s -= L[t + k, k] * x[t + k]
-        x[t] = s / L[t, 0]
-
-
-@njit(cache=True, error_model="numpy")
-def solve_t(L: Array, x: Array) -> None:  # pragma: no cover - compiled
-    """Solve L' x = b in place (a draw of covariance H^-1 when b is white).  x: (N,), b on entry."""
-    n, m = L.shape[0], L.shape[1] - 1
-    for t in range(n - 1, -1, -1):
-        s = x[t]
-        for k in range(1, min(m, n - 1 - t) + 1):
-            s -= L[t + k, k] * x[t + k]
-        x[t] = s / L[t, 0]
+        x[t] = s * (1.0 / L[t, 0])
 
 
 @njit(cache=True, error_model="numpy")
@@ -191,3 +181,16 @@ def smooth(
     solve(L, r)
     for t in range(n):
         x[t] += r[t]
+
+
+@njit(cache=True, error_model="numpy")
+def equation_variances(Z: Array, c: Array, out: Array) -> None:  # pragma: no cover - compiled
+    """Variances c' Z c of the values in each equation, written into out (N - m,), from the band Z."""
+    m = c.shape[0] - 1
+    for t in range(out.shape[0]):
+        s = 0.0
+        for i in range(m + 1):
+            s += c[m - i] * c[m - i] * Z[t + i, 0]
+            for k in range(1, m - i + 1):
+                s += 2.0 * c[m - i] * c[m - i - k] * Z[t + i, k]
+        out[t] = s

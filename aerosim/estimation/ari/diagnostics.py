@@ -21,7 +21,7 @@ RATIO_N = 0.1  # sigma_n/sigma_e below which no length of strip tells them apart
 PILED_UP = 0.1, 0.05  # share of the estimate, probability of less
 SECOND_HILL = 6.0  # in -2 log density
 HILLS_DIFFER = 0.15  # relative difference of sigma_n, or of the filter's gain
-NOT_WHITE = 0.001
+NOT_WHITE = 1e-5  # the probability is an approximation: the parameters were fitted to the same values
 
 
 @dataclass(frozen=True)

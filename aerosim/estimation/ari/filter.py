@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aerosim.errors import InputError
-from aerosim.estimation.ari.band import SAME, factor, selected_inverse, smooth, solve
+from aerosim.estimation.ari.band import SAME, equation_variances, factor, selected_inverse, smooth, solve
 from aerosim.estimation.ari.process import Process, checked_process, start_precision
 from aerosim.estimation.ari.series import checked_series, trend_of
 from aerosim.frames import Array
@@ -83,7 +83,8 @@ def filter_series(
     v = np.where(there, y - x, np.nan)
     e = np.convolve(x, c, "valid")
     uu = u if len(u) else np.ones(n - m)
-    equation = _along(Z, c, n, m)
+    equation = np.zeros(n - m)
+    equation_variances(Z, c, equation)
     used = uu > 0.0
     squares = np.nansum(w * v**2) * inv_n + np.sum(uu * e**2) * inv_e + float(x[:m] @ corner @ x[:m]) * inv_e
     equations, free = (n - process.d, process.d) if start == "stationary" else (int(np.sum(used)), m)
@@ -108,16 +109,6 @@ def _start(process: Process) -> Array:
     G = np.zeros((process.p, process.p))
     start_precision(process.a, G)
     return G if process.p else np.eye(1)
-
-
-def _along(Z: Array, c: Array, n: int, m: int) -> Array:
-    """Variances c' Z c of the m + 1 values in each equation, (n - m,)."""
-    out = np.zeros(n - m)
-    for i in range(m + 1):
-        for j in range(m + 1):
-            first = m - max(i, j)
-            out += c[i] * c[j] * Z[first : first + n - m, abs(i - j)]
-    return out
 
 
 def filter_ari(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 from typing import Literal, get_args
 
 import numpy as np
@@ -26,8 +27,9 @@ Method = Literal["auto", "average", "ml", "vce"]
 Robust = Literal["danish", "none"]
 AVERAGED_UP_TO = 2000  # observations; beyond, the mode and the curvature around it say the same, faster
 FLAT = Prior(flat=True)
-DRAWS, DRAWS_LONG, LONG = 160, 24, 20_000
+DRAWS, DRAWS_LONG, LONG = 160, 24, 2_000
 WIDTH = 3  # least lags of the covariance band: what interpolation needs
+HEAD = 1000  # epochs on which starting values of longer series are tried
 RUN_AWAY = 2.0  # of log likelihood, lost since the best iterate
 VANISHING = 0.1  # of the largest sigma_e on the way
 ITERATIONS = 60  # of method vce
@@ -73,9 +75,8 @@ def fit_ari(
     strips = Strips(levels, data.weights)
     chosen = FLAT if method == "ml" else (prior or Prior())
     # the posterior density has few hills, the likelihood many
-    iterates, strewn = (6, 12) if method == "ml" else (3, 4)
-    starts = [quick_starts(levels, data.weights, p, d, iterates), strewn_starts(strips, p, d, strewn), *known]
-    modes = find_modes(objective(strips, d, chosen), np.vstack(starts))
+    starts = np.vstack([*known, *_starts(strips, levels, data.weights, p, d, chosen, method)])
+    modes = find_modes(objective(strips, d, chosen), starts)
     samples = None
     if method == "average":
 
@@ -92,6 +93,21 @@ def fit_ari(
         theta = modes[0].theta
     averaged = [average(draws, ys, ws, d, width) for ys, ws in zip(levels, data.weights, strict=True)]
     return assembled(data, averaged, theta, every, modes, samples, method, lags)
+
+
+def _starts(
+    strips: Strips, y: list[Array], w: list[Array], p: int, d: int, prior: Prior, method: Method
+) -> list[Array]:
+    """Starting values (k, p + 2): iterates of the paper and strewn ones; of long series, the modes of a part."""
+    iterates, strewn = (6, 12) if method == "ml" else (3, 4)
+    head = strips.head(HEAD)
+    if 2 * len(head.y) > len(strips.y):
+        return [quick_starts(y, w, p, d, iterates), strewn_starts(strips, p, d, strewn)]
+    parts = [slice(a, b) for a, b in pairwise(head.starts)]
+    first = quick_starts([head.y[s] for s in parts], [head.w[s] for s in parts], p, d, iterates)
+    of = objective(head, d, prior)
+    modes = find_modes(of, np.vstack([first, strewn_starts(head, p, d, strewn)]))
+    return [mode.theta[None] for mode in modes[:4]]
 
 
 def checked_strips(
