@@ -40,6 +40,7 @@ class Where(NamedTuple):
     """Window of a strip.  begin, end: first and last exposure; centre, half: shifts, px.
 
     slants: rad, turns of the camera that are looked for beside the known one.  complete: no more will be seen.
+    tolerance: px, a trough need not be sharper: tilts that nobody tells move the strip by much more.
     """
 
     begin: int
@@ -48,6 +49,7 @@ class Where(NamedTuple):
     half: int
     slants: tuple[float, ...]
     complete: bool
+    tolerance: float = 0.0
 
 
 class Looked(NamedTuple):
@@ -105,7 +107,7 @@ def look(
     stretch = turned * crab(step, trough.mu) if abs(turned) > TURNED else 0.0
     best = _fit(view, step, trough.mu, turned * steps_per_px, stretch, steps_per_px, bow)
     left = best.rms / contrast
-    reason = _against(best, left, view.edges)
+    reason = _against(best, left, view.edges, where.tolerance)
     if view.edges and abs(turned) > TURNED_MOST:
         reason = Reason.WEAK
     if reason is not Reason.ACCEPTED:
@@ -127,10 +129,10 @@ def _fit(view: View, step: int, mu: float, slope: float, stretch: float, steps_p
     return Fine(*fine(row1, view.rows2, weights, step, mu, slope, bow, steps_per_px, stretch))
 
 
-def _against(best: Fine, left: float, edges: bool) -> Reason:
+def _against(best: Fine, left: float, edges: bool, tolerance: float) -> Reason:
     weak, valley = (SD_EDGES_MOST, VALLEY_EDGES) if edges else (SD_MU_MOST, VALLEY)
-    if not best.ok or best.sd_mu > weak:
+    if not best.ok or best.sd_mu > max(weak, tolerance):
         return Reason.WEAK
-    if best.sd_most > max(VALLEY_PX, valley * best.sd_least):
+    if best.sd_most > max(VALLEY_PX, valley * best.sd_least, tolerance):
         return Reason.AMBIGUOUS
     return Reason.UNLIKE if left > RMS_MOST else Reason.ACCEPTED

@@ -52,13 +52,14 @@ class Window(NamedTuple):
     """along: px of ground motion to either side of the prediction; half: shifts to either side.
 
     soon: px behind the prediction after which a first look is taken, along: none.  slant: rad, by which the camera
-    may have turned more or less than is known; 0: not looked for.
+    may have turned more or less than is known; 0: not looked for.  tolerance: see `Where`.
     """
 
     along: float
     half: int
     soon: float
     slant: float = 0.0
+    tolerance: float = 0.0
 
 
 class Found(NamedTuple):
@@ -101,7 +102,7 @@ class Strips:
         self._weights = np.ones(s.pixels, np.float32)
         self._health1 = Health(s.pixels + 2 * s.max_shift)
         self._weights1 = np.ones(s.pixels + 2 * s.max_shift, np.float32)
-        self._half, self._slant = s.max_shift, 0.0
+        self._half, self._slant, self._tolerance = s.max_shift, 0.0, 0.0
         self._strips = self._wait = 0
         self.t = math.nan
 
@@ -156,13 +157,13 @@ class Strips:
         for slot in out:
             self._begin[slot], self._end[slot] = self._number1[slot] + self._first, number - self._behind
             self._centre[slot] = 0.0
-        self._half, self._slant = 2 * self._setup.max_shift, 0.0
+        self._half, self._slant, self._tolerance = 2 * self._setup.max_shift, 0.0, 0.0
         return out
 
     def closed(self, number: int, track: float, speed: float, window: Window) -> list[int]:
         """Strips whose window is over.  track, speed: see `mismatch`."""
         s = self._setup
-        self._half, self._slant = window.half, window.slant
+        self._half, self._slant, self._tolerance = window.half, window.slant, window.tolerance
         self._late |= window.soon >= window.along
         count = _follow(
             self.ring, number, self._number1, self._seen, track, speed, self._apart, s.focal_px, s.level,
@@ -188,7 +189,8 @@ class Strips:
         if not self._worth(slot, final):
             return Found(self._lost(slot, t, Reason.BORDER_N if final else Reason.SKIPPED))
         slants = (0.0,) if self._slant == 0.0 else (-self._slant, 0.0, self._slant)
-        looked = self._look(slot, Where(begin, end, self._shift(slot), self._half, slants, complete), last_look)
+        where = Where(begin, end, self._shift(slot), self._half, slants, complete, self._tolerance)
+        looked = self._look(slot, where, last_look)
         if not last_look and not looked.accepted:
             self._late[slot] = final
             if not final:  # should the track be known by then, its window is another

@@ -30,6 +30,7 @@ from aerosim.signals import (
 
 SLANT, SLANT_FROM = math.radians(4.0), math.radians(1.0)  # looked for from such a scatter of blocks on
 ROLL_S, PITCH_S = 1.5, 4.0  # of an unaided camera: study of JSBSim flights in docs/best.md
+SHARP = 0.1  # of what strips are expected to scatter: a trough need not be sharper
 SOON = 0.3  # of the window's half: most strips lie before it and need not wait for the rest
 Aiding = Literal["none", "gyro", "bank", "imu"]
 
@@ -189,7 +190,11 @@ class Tracker:
         blind = self._par.aiding == "none" and self._belief.first.scatter > SLANT_FROM**2
         along = min(max(along + 1.0, 1.85), 0.35 * setup.spacing_px)
         half = min(max(math.ceil(across) + 3, setup.max_shift), 2 * setup.max_shift)
-        window = Window(along, half, max(SOON * along, min(along, 1.85)), SLANT if blind else 0.0)
+        soon, tolerance = (
+            max(SOON * along, min(along, 1.85)),
+            SHARP * setup.spacing_px * math.sqrt(next_.var_track),
+        )
+        window = Window(along, half, soon, SLANT if blind else 0.0, tolerance)
         return next_.track, math.exp(next_.log_vh), window
 
     # strips
