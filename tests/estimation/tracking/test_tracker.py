@@ -124,7 +124,7 @@ def parameters(aiding: str, rays: Rays) -> TrackerParameters:
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_track_to_the_right_is_a_positive_drift(side: float) -> None:
     """Rows along the nose, no aid: drift = track - heading."""
-    now = Flight(track=0.3 + side * 5 * DEG, heading=lambda t: 0.3).fly(20.0).now()
+    now = Flight(track=0.3 + side * 5 * DEG, heading=lambda t: 0.3).fly(30.0).now()
     assert now.valid
     assert now.drift == pytest.approx(side * 5 * DEG, abs=0.1 * DEG)
     assert now.vh == pytest.approx(VH, rel=0.004)
