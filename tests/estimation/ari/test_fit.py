@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from aerosim.errors import InputError
-from aerosim.estimation.ari import Prior, filter_ari, fit_ari, select_order
+from aerosim.estimation.ari import Prior, Process, filter_ari, fit_ari, select_order
+from aerosim.estimation.ari.filter import filter_series
 from aerosim.estimation.ari.likelihood import Strips
-from aerosim.estimation.ari.modes import Mode, descend, find_modes, objective, strewn_starts
-from aerosim.estimation.ari.posterior import effective_size, sample
+from aerosim.estimation.ari.modes import Mode, descend, find_modes, objective, process_of, strewn_starts
+from aerosim.estimation.ari.posterior import average, effective_size, sample
 from aerosim.estimation.ari.robust import quick_starts
 from aerosim.estimation.ari.vce import theta_of
 from estimation.ari.points import HELD_OUT, POINTS
@@ -66,6 +67,23 @@ def test_draws_have_the_moments_of_their_density() -> None:
     np.testing.assert_allclose(left.mean(axis=0), centres[0], atol=4.0 * 2.0 / np.sqrt(450.0))
     # relative standard error of a variance of 450 draws: 6.7 %
     np.testing.assert_allclose(np.cov(left.T), cov, atol=4.0 * 0.067 * 4.0)
+
+
+def test_average_has_the_total_covariance() -> None:
+    """Three parameter sets: mean of the smoothed values; mean covariance plus covariance of the means."""
+    point = POINTS["falcon_yaw"]
+    y = point.series(15, 60)[1] / point.sigma_n
+    w = np.ones(60)
+    w[20] = 0.0
+    thetas = np.array([[0.5, -0.2, -2.0, -1.0], [-0.9, 0.4, -3.0, 0.0], [0.0, 0.0, 0.5, 0.5]])
+    outs = [filter_series(y, w, process_of(theta, 2)) for theta in thetas]
+    got = average(thetas, y, w, 2, 5)
+    np.testing.assert_allclose(got.x, np.mean([o.x for o in outs], axis=0), rtol=1e-9)
+    spread = np.cov(np.array([o.x for o in outs]).T, bias=True)
+    assert spread[30, 30] > 0.01 * outs[0].cov_band[30, 0]
+    for h in range(5):
+        within = np.mean([o.cov_band[: 60 - h, h] for o in outs], axis=0)
+        np.testing.assert_allclose(got.cov_band[: 60 - h, h], within + np.diag(spread, h), rtol=1e-8)
 
 
 def test_effective_size_of_an_autoregression() -> None:
@@ -226,9 +244,6 @@ def test_prior_draws_are_those_of_the_partial_autocorrelations() -> None:
 
 
 def test_theta_and_process_are_inverse() -> None:
-    from aerosim.estimation.ari import Process
-    from aerosim.estimation.ari.modes import process_of
-
     point = POINTS["shuttle_120"]
     process = process_of(theta_of(Process(np.array(point.a), 1, 0.006, 0.0019), 0.9999), 1)
     np.testing.assert_allclose(process.a, point.a, atol=1e-12)
