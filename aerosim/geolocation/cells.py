@@ -8,11 +8,11 @@ A piece is cubics in u, 0 to 1: c (3, 4), coefficients of column, row and height
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from aerosim.frames import Array
-from aerosim.geolocation.relief import BLOCK, PER_BLOCK, SUBTILE, TILE
+from aerosim.geolocation.compiled import kernel
+from aerosim.geolocation.relief import BLOCK, EDGE, PER_BLOCK, SIDE, SUBTILE, TILE
 from aerosim.rasterfile import Values
 
 HIT, MISS, NODATA, OUTSIDE = 0, 1, 2, 3
@@ -28,17 +28,17 @@ NUDGE = 1e-3
 LEAST_STEP = 1e-9
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@kernel
 def _value(c: Array, k: int, u: float) -> float:  # pragma: no cover - compiled
     return float(((c[k, 3] * u + c[k, 2]) * u + c[k, 1]) * u + c[k, 0])
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@kernel
 def _rate(c: Array, k: int, u: float) -> float:  # pragma: no cover - compiled
     return float((3.0 * c[k, 3] * u + 2.0 * c[k, 2]) * u + c[k, 1])
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@kernel
 def _leaves(c: Array, k: int, u: float, low: float, high: float) -> float:  # pragma: no cover - compiled
     """Parameter at which a coordinate leaves low to high, one Newton step over the straight guess."""
     rate = _rate(c, k, u)
@@ -52,7 +52,7 @@ def _leaves(c: Array, k: int, u: float, low: float, high: float) -> float:  # pr
     return guess - (_value(c, k, guess) - target) / there if there * rate > 0.0 else guess
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@kernel
 def _tile_end(
     c: Array, u: float, x: float, y: float, right: float, bottom: float, size: float
 ) -> float:  # pragma: no cover
@@ -63,7 +63,7 @@ def _tile_end(
     return max(end, u + LEAST_STEP)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@kernel
 def _passes(c: Array, u: float, end: float, low: float, high: float, mode: int) -> int:  # pragma: no cover
     """Mode after a tile of heights low to high if nothing can happen in it, else -1."""
     if high < low:
@@ -77,7 +77,7 @@ def _passes(c: Array, u: float, end: float, low: float, high: float, mode: int) 
     return -1
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@kernel
 def _comes_in(c: Array, u: float, right: float, bottom: float) -> float:  # pragma: no cover - compiled
     """Parameter at which a piece that is off the raster comes over it, along chords; 1 if it does not."""
     chords = 16
@@ -99,7 +99,7 @@ def _comes_in(c: Array, u: float, right: float, bottom: float) -> float:  # prag
     return 1.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@kernel
 def _polish(
     c: Array, u: float, span: float, z00: float, gx: float, gy: float, twist: float, i: int, j: int
 ) -> float:  # pragma: no cover
@@ -120,41 +120,43 @@ def _polish(
     return at
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@kernel
 def _cells(
     c: Array,
     u: float,
     end: float,
+    x: float,
+    y: float,
+    chord: tuple[float, float, float, float],
     posts: Values,
-    slot: int,
-    row: int,
-    col: int,
+    first: int,
     bounds: tuple[int, int, int, int],
     reals: Array,
     whole: NDArray[np.int64],
-) -> float:  # pragma: no cover - compiled
+) -> bool:  # pragma: no cover - compiled
     """Cell by cell to the end of a subtile; sets mode, crossings and the first hit, as a parameter of the piece.
 
-    Column and row along a chord (off by a millimetre in 240 m), the height exact (after Amanatides and Woo 1987).
-    row, col: of the block's first post.  bounds: first and last row and column of cells.  Returns where it is; 3
-    if the ray is lost.
-    """  # fmt: skip
-    x, y = _value(c, 0, u), _value(c, 1, u)
-    vx, vy = (_value(c, 0, end) - x) / (end - u), (_value(c, 1, end) - y) / (end - u)
+    Column and row along the tile's chord (off by centimetres, which the hit is freed of), the height exact (after
+    Amanatides and Woo 1987).  x, y: at u; chord: rates of column and row, and what they take for a cell.  posts:
+    flat; first: place in it that the post of row 0, column 0 would have.  bounds: first and last row and column
+    of cells. False if the ray is lost.
+    """
+    vx, vy, per_x, per_y = chord
     i = min(max(int(y + (NUDGE if vy >= 0.0 else -NUDGE)), bounds[0]), bounds[1])
     j = min(max(int(x + (NUDGE if vx >= 0.0 else -NUDGE)), bounds[2]), bounds[3])
-    per_x = 1.0 / vx if vx != 0.0 else np.inf
-    per_y = 1.0 / vy if vy != 0.0 else np.inf
-    u_x = u + ((j + 1 if vx > 0.0 else j) - x) * per_x if vx != 0.0 else np.inf
-    u_y = u + ((i + 1 if vy > 0.0 else i) - y) * per_y if vy != 0.0 else np.inf
+    x0, y0 = x - j, y - i
+    u_x = u + (1.0 - x0 if vx > 0.0 else x0) * per_x
+    u_y = u + (1.0 - y0 if vy > 0.0 else y0) * per_y
+    step_x, step_y = 1 if vx > 0.0 else -1, 1 if vy > 0.0 else -1
     a2, a3, a1, a0 = c[2, 2], c[2, 3], c[2, 1], c[2, 0]
     h0 = ((a3 * u + a2) * u + a1) * u + a0
-    x0, y0 = x - j, y - i
+    mode = whole[MODE]
     while True:
         across = u_x < u_y
         u1 = max(min(u_x if across else u_y, end), u)
-        z00, z01 = float(posts[slot, i - row, j - col]), float(posts[slot, i - row, j + 1 - col])
-        z10, z11 = float(posts[slot, i + 1 - row, j - col]), float(posts[slot, i + 1 - row, j + 1 - col])
+        k = first + i * EDGE + j
+        z00, z01 = float(posts[k]), float(posts[k + 1])
+        z10, z11 = float(posts[k + EDGE]), float(posts[k + EDGE + 1])
         gx, gy, twist = z01 - z00, z10 - z00, z00 - z01 - z10 + z11
         x1, y1 = x0 + vx * (u1 - u), y0 + vy * (u1 - u)
         h1 = ((a3 * u1 + a2) * u1 + a1) * u1 + a0
@@ -162,38 +164,35 @@ def _cells(
             f0 = h0 - (z00 + gx * x0 + (gy + twist * x0) * y0)
             f1 = h1 - (z00 + gx * x1 + (gy + twist * x1) * y1)
             bow = -twist * (x1 - x0) * (y1 - y0)
-            mode = whole[MODE]
             if mode < ABOVE or mode > UNDER:
-                mode = _settled(f0, whole)
+                mode = _settled(f0, mode, whole)
                 if mode < 0:
-                    return 3.0
+                    return False
             t = _down(f0, f1, bow, mode == ABOVE)
             if t >= 0.0:
                 whole[CROSSINGS] += 1
                 if whole[CROSSINGS] == 1:
                     reals[FOUND] = _polish(c, u + t * (u1 - u), u1 - u, z00, gx, gy, twist, i, j)
-            whole[MODE] = UNDER if f1 < 0.0 else ABOVE
+            mode = UNDER if f1 < 0.0 else ABOVE
         else:
-            whole[MODE] = VOID
+            mode = VOID
         u, h0, x0, y0 = u1, h1, x1, y1
-        if u1 >= end:
-            return u
         if across:
-            j += 1 if vx > 0.0 else -1
+            j += step_x
             x0 = 0.0 if vx > 0.0 else 1.0
-            u_x += abs(per_x)
+            u_x += per_x
         else:
-            i += 1 if vy > 0.0 else -1
+            i += step_y
             y0 = 0.0 if vy > 0.0 else 1.0
-            u_y += abs(per_y)
-        if i < bounds[0] or i > bounds[1] or j < bounds[2] or j > bounds[3]:
-            return u
+            u_y += per_y
+        if u1 >= end or i < bounds[0] or i > bounds[1] or j < bounds[2] or j > bounds[3]:
+            whole[MODE] = mode
+            return True
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
-def _settled(f0: float, whole: NDArray[np.int64]) -> int:  # pragma: no cover - compiled
+@kernel
+def _settled(f0: float, mode: int, whole: NDArray[np.int64]) -> int:  # pragma: no cover - compiled
     """What a ray is over that comes onto known ground f0 m above it, out of the unknown; -1: it is lost."""
-    mode = whole[MODE]
     if mode == START and f0 <= 0.0:
         whole[STATUS] = MISS
         return -1
@@ -203,7 +202,7 @@ def _settled(f0: float, whole: NDArray[np.int64]) -> int:  # pragma: no cover - 
     return UNDER if f0 < 0.0 else ABOVE
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@kernel
 def _down(f0: float, f1: float, bow: float, above: bool) -> float:  # pragma: no cover - compiled
     """Where f0 (1 - t) + f1 t - bow t (1 - t) goes below zero within 0 to 1; -1: nowhere.
 
@@ -227,7 +226,7 @@ def _down(f0: float, f1: float, bow: float, above: bool) -> float:  # pragma: no
     return 1.0 if above and f1 < 0.0 else -1.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@kernel
 def _tile(
     c: Array,
     u: float,
@@ -253,10 +252,11 @@ def _tile(
     side = TILE // SUBTILE
     i = min(max(int((y + (NUDGE if vy >= 0.0 else -NUDGE)) / SUBTILE), ti * side), ti * side + side - 1)
     j = min(max(int((x + (NUDGE if vx >= 0.0 else -NUDGE)) / SUBTILE), tj * side), tj * side + side - 1)
-    u_x = u + (SUBTILE * (j + 1 if vx > 0.0 else j) - x) / vx if vx != 0.0 else np.inf
-    u_y = u + (SUBTILE * (i + 1 if vy > 0.0 else i) - y) / vy if vy != 0.0 else np.inf
-    du_x = SUBTILE / abs(vx) if vx != 0.0 else np.inf
-    du_y = SUBTILE / abs(vy) if vy != 0.0 else np.inf
+    per_x, per_y = 1.0 / max(abs(vx), 1e-12), 1.0 / max(abs(vy), 1e-12)
+    chord = (vx, vy, per_x, per_y)
+    u_x = u + abs(SUBTILE * (j + 1 if vx > 0.0 else j) - x) * per_x
+    u_y = u + abs(SUBTILE * (i + 1 if vy > 0.0 else i) - y) * per_y
+    begin = u
     bend_2 = (2.0 * abs(c[2, 2]) + 6.0 * abs(c[2, 3])) / 8.0
     h0 = _value(c, 2, u)
     while True:
@@ -276,24 +276,27 @@ def _tile(
                 i * SUBTILE, min(i * SUBTILE + SUBTILE, bottom) - 1,
                 j * SUBTILE, min(j * SUBTILE + SUBTILE, right) - 1,
             )  # fmt: skip
-            if _cells(c, u, u1, posts, slot, row, col, bounds, reals, whole) > 2.0:
+            place = (slot * SIDE + i - row // SUBTILE) * SIDE + j - col // SUBTILE
+            first = place * EDGE * EDGE - i * SUBTILE * EDGE - j * SUBTILE
+            here = x + vx * (u - begin), y + vy * (u - begin)
+            if not _cells(c, u, u1, here[0], here[1], chord, posts, first, bounds, reals, whole):
                 return False
         u, h0 = u1, h1
         if u >= end:
             return True
         if across:
             j += 1 if vx > 0.0 else -1
-            u_x += du_x
+            u_x += SUBTILE * per_x
             if j < tj * side or j >= tj * side + side:
                 return True
         else:
             i += 1 if vy > 0.0 else -1
-            u_y += du_y
+            u_y += SUBTILE * per_y
             if i < ti * side or i >= ti * side + side:
                 return True
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@kernel
 def follow_piece(
     c: Array,
     u: float,

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
 from aerosim.errors import InputError
 from aerosim.frames import WGS84_A, Array, wrap_pi
+from aerosim.geolocation.compiled import kernel
 
 if TYPE_CHECKING:
     from affine import Affine
@@ -126,7 +126,7 @@ def _outline(transform: Affine, width: int, height: int) -> Array:
     return np.column_stack(applied(transform, x, y))
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@kernel
 def cell_of(
     linear: Array, lattice: Array, box: Array, middle: float, lat: float, lon: float
 ) -> tuple[float, float]:  # pragma: no cover - compiled
@@ -179,7 +179,7 @@ def cell_of(
     return x, y
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@kernel
 def _cells(
     linear: Array, lattice: Array, box: Array, middle: float, lat: Array, lon: Array, out: Array
 ) -> None:  # pragma: no cover - compiled

@@ -7,7 +7,6 @@ the worst case, by less than a millimetre at 74 deg off-nadir.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from aerosim.frames import Array
@@ -37,16 +36,18 @@ from aerosim.geolocation.cells import (
     WANTS,
     follow_piece,
 )
+from aerosim.geolocation.compiled import entry, kernel
 from aerosim.geolocation.gridmap import GridMap, cell_of
 from aerosim.geolocation.ray import NODES, bend, come_to, dropped, geodetic, passes, start, up_at
 from aerosim.geolocation.relief import Blocks
+from aerosim.rasterfile import Values
 
 LONGEST_PIECE = 16_000.0
 # Heights between the nodes of a ray are off by less than this, m.
 SLACK = 4.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@kernel
 def _place(
     linear: Array,
     lattice: Array,
@@ -67,11 +68,11 @@ def _place(
     y = pos[1] + s * los[1] + drop * down[1]
     z = pos[2] + s * los[2] + drop * down[2]
     sine, cosine, p[2, k] = geodetic(x, y, z)
-    p[0, k], p[1, k] = cell_of(linear, lattice, box, middle, np.arctan2(sine, cosine), np.arctan2(y, x))
+    p[0, k], p[1, k] = cell_of(linear, lattice, box, middle, np.arctan(sine / cosine), np.arctan2(y, x))
     return cosine
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@kernel
 def _fill(
     pos: Array, los: Array, down: Array, nodes: Array, count: int, s: float, reals: Array
 ) -> None:  # pragma: no cover - compiled
@@ -85,14 +86,14 @@ def _fill(
     sine, cosine, reals[HEIGHT] = geodetic(x, y, z)
     ux, uy, uz = up_at(x, y, sine, cosine)
     length = np.sqrt(dx * dx + dy * dy + dz * dz)
-    reals[LAT], reals[LON] = np.arctan2(sine, cosine), np.arctan2(y, x)
+    reals[LAT], reals[LON] = np.arctan(sine / cosine), np.arctan2(y, x)
     reals[DISTANCE] = np.sqrt(s * s + drop * drop)
     reals[INCIDENCE] = np.arccos(min(max(-(dx * ux + dy * uy + dz * uz) / length, -1.0), 1.0))
     reals[POINT], reals[POINT + 1], reals[POINT + 2] = x, y, z
     reals[ARRIVING], reals[ARRIVING + 1], reals[ARRIVING + 2] = dx / length, dy / length, dz / length
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@kernel
 def _cubics(p: Array, c: Array) -> None:  # pragma: no cover - compiled
     """Coefficients of cubics through values at 0, 1/3, 2/3, 1."""
     for k in range(3):
@@ -103,16 +104,16 @@ def _cubics(p: Array, c: Array) -> None:  # pragma: no cover - compiled
         c[k, 3] = -4.5 * a + 13.5 * b - 13.5 * d + 4.5 * e
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@kernel
 def _longest(geographic: bool, cosine: float) -> float:  # pragma: no cover - compiled
     """Length of a piece, m: shorter beside a pole, where longitude runs away along a straight line."""
-    if not geographic:
-        return LONGEST_PIECE
     to_pole = 6.37e6 * max(cosine, 1e-7)
-    return float(min(LONGEST_PIECE, (0.08 * to_pole**3) ** 0.25))
+    if not geographic or to_pole > 1e6:
+        return LONGEST_PIECE
+    return float(min(LONGEST_PIECE, np.sqrt(np.sqrt(0.08 * to_pole * to_pole * to_pole))))
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@kernel
 def _span(
     pos: Array, los: Array, down: Array, table: Array, low: float, high: float, nodes: Array
 ) -> tuple[int, float, float]:  # pragma: no cover
@@ -136,13 +137,13 @@ def _span(
     return count, begin, end
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@kernel
 def _unmet(mode: int) -> int:  # pragma: no cover - compiled
     """Status of a ray that met no ground, by what it was over at the end."""
     return NODATA if mode == VOID else OUTSIDE if mode == OFF else MISS
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@kernel
 def _next_piece(
     linear: Array,
     lattice: Array,
@@ -163,32 +164,44 @@ def _next_piece(
     length = min(end - s, _longest(linear.size > 0, cosine))
     for k in range(1, 4):
         _place(linear, lattice, box, middle, pos, los, down, nodes, count, s + length * k / 3.0, p, k)
-    if not np.isfinite(p[0].sum() + p[1].sum()):
+    if not abs(p[0, 0] + p[0, 1] + p[0, 2] + p[0, 3]) < np.inf:
         return -length
     if linear.size > 0:  # longitude counted on from the first point
-        turn = 2.0 * np.pi * linear[0, 0]
+        turn = abs(2.0 * np.pi * linear[0, 0])
         for k in range(1, 4):
-            p[0, k] -= np.round((p[0, k] - p[0, 0]) / turn) * turn
+            if p[0, k] - p[0, 0] > 0.5 * turn:
+                p[0, k] -= turn
+            elif p[0, k] - p[0, 0] < -0.5 * turn:
+                p[0, k] += turn
     _cubics(p, c)
     return length
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@kernel
 def _one(
     pos: Array,
     los: Array,
     table: Array,
-    blocks: Blocks,
-    grid: GridMap,
-    work: tuple[Array, ...],
+    shape: tuple[int, int],
+    low: float,
+    high: float,
+    tiles: Values,
+    voids: NDArray[np.bool_],
+    slots: NDArray[np.int32],
+    posts: Values,
+    subtiles: Values,
+    linear: Array,
+    lattice: Array,
+    box: Array,
+    middle: float,
+    down: Array,
+    nodes: Array,
+    p: Array,
+    c: Array,
     reals: Array,
     whole: NDArray[np.int64],
 ) -> None:  # pragma: no cover - compiled
     """Follow one ray from where it is to its end or to a block that is not here."""  # fmt: skip
-    # taken out once: in a loop each look into a tuple would count references
-    shape, low, high, tiles, voids, slots, posts, subtiles = blocks
-    linear, lattice, box, middle, _geographic = grid
-    down, nodes, p, c = work
     whole[WANTED] = -1
     count, begin, end = _span(pos, los, down, table, low, high, nodes)
     if count == 0:
@@ -222,7 +235,7 @@ def _one(
         whole[STATUS] = _unmet(whole[MODE])
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@entry
 def follow(
     pos: Array,
     los: Array,
@@ -237,12 +250,19 @@ def follow(
 
     pos, los: (n, 3).  which: rows to follow.  table: of the atmosphere.  reals, whole: their state.
     """  # fmt: skip
-    work = (np.empty(3), np.empty((4, NODES)), np.empty((3, 4)), np.empty((3, 4)))
+    # taken out once: in a loop each look into a tuple counts references
+    shape, low, high, tiles, voids, slots, posts, subtiles = blocks
+    linear, lattice, box, middle, _geographic = grid
+    flat = posts.reshape(-1)
+    down, nodes, p, c = np.empty(3), np.empty((4, NODES)), np.empty((3, 4)), np.empty((3, 4))
     for k in which:
-        _one(pos[k], los[k], table, blocks, grid, work, reals[k], whole[k])
+        _one(
+            pos[k], los[k], table, shape, low, high, tiles, voids, slots, flat, subtiles,
+            linear, lattice, box, middle, down, nodes, p, c, reals[k], whole[k],
+        )  # fmt: skip
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@entry
 def at_height(
     pos: Array, los: Array, table: Array, height: Array, reals: Array, whole: NDArray[np.int64]
 ) -> None:  # pragma: no cover - compiled

@@ -9,19 +9,19 @@ perpendicular to the tangent.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from aerosim.frames import WGS84_A, WGS84_E2, WGS84_F, Array
+from aerosim.geolocation.compiled import kernel
 
 NODES = 640
-STEPS = 5  # from the camera to the lowest ground; the rule is of fourth order: below 1e-4 of the drop
-LONGEST_STEP = 8000.0
+STEPS = 4  # from the camera to the lowest ground; the rule is of fourth order: below 1e-4 of the drop
+LONGEST_STEP = 12_000.0
 # The layers' lapse rate breaks here (11 km of geopotential height): steps end at it.
 TROPOPAUSE = 11019.1
 TABLE_LOW, TABLE_STEP = -2000.0, 25.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@kernel
 def geodetic(x: float, y: float, z: float) -> tuple[float, float, float]:  # pragma: no cover - compiled
     """Sine and cosine of the latitude, and the height (m), of a point in e.
 
@@ -39,7 +39,7 @@ def geodetic(x: float, y: float, z: float) -> tuple[float, float, float]:  # pra
     return sine, cosine, across * cosine + z * sine - WGS84_A * np.sqrt(1.0 - WGS84_E2 * sine * sine)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@kernel
 def up_at(x: float, y: float, sine: float, cosine: float) -> tuple[float, float, float]:  # pragma: no cover
     """The ellipsoid's normal in e, at the longitude of x, y."""
     across = np.sqrt(x * x + y * y)
@@ -48,7 +48,7 @@ def up_at(x: float, y: float, sine: float, cosine: float) -> tuple[float, float,
     return cosine * x / across, cosine * y / across, sine
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@kernel
 def curvature(table: Array, height: float) -> float:  # pragma: no cover - compiled
     """-dn/dh / n, 1/m, of the tabled atmosphere."""
     at = (height - TABLE_LOW) / TABLE_STEP
@@ -57,7 +57,7 @@ def curvature(table: Array, height: float) -> float:  # pragma: no cover - compi
     return float(table[i] + (min(max(at, 0.0), last + 1.0) - i) * (table[i + 1] - table[i]))
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@kernel
 def start(pos: Array, los: Array, down: Array) -> tuple[float, float, float]:  # pragma: no cover - compiled
     """Height of the camera, cosine of the ray with the normal there, radius of curvature in its azimuth.
 
@@ -71,7 +71,7 @@ def start(pos: Array, los: Array, down: Array) -> tuple[float, float, float]:  #
     normal = WGS84_A / np.sqrt(w2)
     meridian = normal * (1.0 - WGS84_E2) / w2
     if level < 1e-9:
-        down[:] = 0.0
+        down[0], down[1], down[2] = 0.0, 0.0, 0.0
         return height, rise, np.sqrt(normal * meridian)
     down[0] = (rise * los[0] - ux) / level
     down[1] = (rise * los[1] - uy) / level
@@ -82,7 +82,7 @@ def start(pos: Array, los: Array, down: Array) -> tuple[float, float, float]:  #
     return height, rise, 1.0 / (east * east / normal + (1.0 - east * east) / meridian)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@kernel
 def _reach(r0: float, rise: float, stop: float, top: float) -> float:  # pragma: no cover - compiled
     """Straight distance to the sphere `stop` on the way down, else to `top` on the way up; 0: never there.
 
@@ -97,7 +97,7 @@ def _reach(r0: float, rise: float, stop: float, top: float) -> float:  # pragma:
     return float(-r0 * rise + np.sqrt(top * top - low2))
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@kernel
 def bend(
     height: float, rise: float, radius: float, table: Array, stop: float, top: float, nodes: Array
 ) -> int:  # pragma: no cover - compiled
@@ -145,7 +145,7 @@ def bend(
     return NODES
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@kernel
 def dropped(nodes: Array, count: int, s: float) -> tuple[float, float]:  # pragma: no cover - compiled
     """Drop (m) and its slope at s m along the tangent: cubic between the nodes."""
     i = 0
@@ -158,7 +158,7 @@ def dropped(nodes: Array, count: int, s: float) -> tuple[float, float]:  # pragm
     return ((a * t + b) * t + m0) * t + d0, ((3.0 * a * t + 2.0 * b) * t + m0) / ds
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@kernel
 def passes(
     nodes: Array, count: int, height: float, first: int, falling: bool
 ) -> tuple[float, int]:  # pragma: no cover - compiled
@@ -170,7 +170,7 @@ def passes(
     return np.nan, -1
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@kernel
 def come_to(
     pos: Array, los: Array, down: Array, nodes: Array, count: int, height: float, first: int, falling: bool
 ) -> tuple[float, int]:  # pragma: no cover - compiled

@@ -9,11 +9,11 @@ from __future__ import annotations
 from typing import ClassVar
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
 
 from aerosim.errors import InputError
 from aerosim.frames import Array
+from aerosim.geolocation.compiled import entry
 from aerosim.geolocation.ray import NODES, TABLE_LOW, TABLE_STEP, bend, dropped, start
 
 # n - 1 of visible light at sea level.
@@ -97,7 +97,7 @@ def apparent(pos_e: ArrayLike, target_e: ArrayLike, atmosphere: Atmosphere | Non
     return out
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@entry
 def _apparent(pos: Array, target: Array, table: Array, out: Array) -> None:  # pragma: no cover - compiled
     down, nodes, los = np.empty(3), np.empty((4, NODES)), np.empty(3)
     for k in range(len(pos)):

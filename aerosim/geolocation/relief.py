@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from aerosim import datum
 from aerosim.errors import InputError
 from aerosim.frames import Array
+from aerosim.geolocation.compiled import entry
 from aerosim.geolocation.gridmap import GridMap, applied
 from aerosim.rasterfile import RasterFile, Values
 
@@ -26,7 +26,8 @@ if TYPE_CHECKING:
 BLOCK = 512  # cells along a side of a block
 TILE, SUBTILE = 64, 8
 PER_BLOCK = BLOCK // TILE
-BYTES = 4 * ((BLOCK + 1) ** 2 + 2 * (BLOCK // SUBTILE) ** 2)
+SIDE, EDGE = BLOCK // SUBTILE, SUBTILE + 1  # subtiles along a block, posts along a subtile
+BYTES = 4 * SIDE**2 * (EDGE**2 + 2)
 MEMORY = 256_000_000
 # The highest ground and the deepest trench, with room.
 POSSIBLE = (-12_000.0, 10_000.0)
@@ -56,7 +57,9 @@ class Blocks(NamedTuple):
 
     shape: rows, columns of posts.  low, high: m.  tiles: (2, n, m) least and greatest height of each 64 cells,
     inf and -inf where there is none; voids: (n, m) where cells are missing.  slots: (n, m) where a block is held,
-    -1: nowhere.  posts: (slots, 513, 513) heights, m; subtiles: (slots, 2, 64, 64) of each 8 cells.
+    -1: nowhere.  posts: (slots, 64, 64, 9, 9) heights, m, by
+    subtile with those on its edges, so that a ray stays in few lines of memory; subtiles: (slots, 2, 64, 64) of
+    each 8 cells.
     """
 
     shape: tuple[int, int]
@@ -105,8 +108,8 @@ class Relief:
             np.empty((2, down * PER_BLOCK, across * PER_BLOCK), np.float32),
             np.ones((down * PER_BLOCK, across * PER_BLOCK), np.bool_),
             np.full((down, across), -1, np.int32),
-            np.empty((held, BLOCK + 1, BLOCK + 1), np.float32),
-            np.empty((held, 2, BLOCK // SUBTILE, BLOCK // SUBTILE), np.float32),
+            np.empty((held, SIDE, SIDE, EDGE, EDGE), np.float32),
+            np.empty((held, 2, SIDE, SIDE), np.float32),
         )  # fmt: skip
         for index in range(down * across):
             self._load(index)
@@ -164,10 +167,10 @@ class Relief:
             self.blocks.slots.flat[self._owner[slot]] = -1
         row, col = divmod(index, self.blocks.slots.shape[1])
         posts = self._source.read_own(row * BLOCK, col * BLOCK, BLOCK + 1, BLOCK + 1)
-        self.blocks.posts[slot] = self._ellipsoidal(posts, row * BLOCK, col * BLOCK)
         i, j = row * PER_BLOCK, col * PER_BLOCK
+        heights = self._ellipsoidal(posts, row * BLOCK, col * BLOCK)
         _pyramid(
-            self.blocks.posts[slot], self.blocks.subtiles[slot],
+            heights, self.blocks.posts[slot], self.blocks.subtiles[slot],
             self.blocks.tiles[:, i : i + PER_BLOCK, j : j + PER_BLOCK],
             self.blocks.voids[i : i + PER_BLOCK, j : j + PER_BLOCK],
         )  # fmt: skip
@@ -230,28 +233,30 @@ def _nodes(cells: int, size: float) -> int:
 
 
 def _bilinear(posts: Values, x: Array, y: Array) -> Array:
-    j = np.minimum(x.astype(int), posts.shape[1] - 2)
-    i = np.minimum(y.astype(int), posts.shape[0] - 2)
-    x, y = x - j, y - i
-    top = posts[i, j] * (1.0 - x) + posts[i, j + 1] * x
-    return np.asarray(top * (1.0 - y) + (posts[i + 1, j] * (1.0 - x) + posts[i + 1, j + 1] * x) * y, float)
+    """Heights within a block.  posts: (64, 64, 9, 9); x, y: (n,) cells from its first post."""
+    (si, i), (sj, j) = (divmod(np.minimum(v.astype(int), BLOCK - 1), SUBTILE) for v in (y, x))
+    x, y = x - SUBTILE * sj - j, y - SUBTILE * si - i
+    top = posts[si, sj, i, j] * (1.0 - x) + posts[si, sj, i, j + 1] * x
+    bottom = posts[si, sj, i + 1, j] * (1.0 - x) + posts[si, sj, i + 1, j + 1] * x
+    return np.asarray(top * (1.0 - y) + bottom * y, float)
 
 
-@njit(cache=True, nogil=True)
+@entry
 def _pyramid(
-    posts: Values, subtiles: Values, tiles: Values, voids: NDArray[np.bool_]
+    block: Values, posts: Values, subtiles: Values, tiles: Values, voids: NDArray[np.bool_]
 ) -> None:  # pragma: no cover - compiled
-    """Least and greatest height of each tile with the posts on its edges; missing ones left out."""
+    """Posts by subtile; least and greatest height of each tile with those on its edges, missing ones left out."""
     tiles[0] = np.inf
     tiles[1] = -np.inf
     voids[:] = False
     ratio = TILE // SUBTILE
-    for i in range(BLOCK // SUBTILE):
-        for j in range(BLOCK // SUBTILE):
+    for i in range(SIDE):
+        for j in range(SIDE):
             low, high, missing = np.float32(np.inf), np.float32(-np.inf), False
             for r in range(SUBTILE * i, SUBTILE * i + SUBTILE + 1):
                 for c in range(SUBTILE * j, SUBTILE * j + SUBTILE + 1):
-                    value = posts[r, c]
+                    value = block[r, c]
+                    posts[i, j, r - SUBTILE * i, c - SUBTILE * j] = value
                     if value == value:  # noqa: PLR0124  (not NaN)
                         low, high = min(low, value), max(high, value)
                     else:
