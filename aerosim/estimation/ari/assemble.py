@@ -102,6 +102,7 @@ def _numbers(
     limit_n, limit_e = told.limits(process, data.observed)
     return Diagnostics(
         ratio=values[0] / values[1],
+        ratio_low=float(np.quantile(sigma_n / sigma_e, INTERVAL[0])),
         limit_n=limit_n,
         limit_e=limit_e,
         # a single value has no spread: what the data allow at best stands for it

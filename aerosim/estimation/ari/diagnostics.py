@@ -15,9 +15,9 @@ from aerosim.estimation.ari.process import Process
 from aerosim.frames import Array
 
 ROOT = 0.98  # modulus from which on a root counts as near one
-SPREAD_N, SPREAD_E = 0.49, 0.7  # from which on a sigma counts as unknown: 90 % intervals of a factor 5 and 10
+SPREAD_N, SPREAD_E = 0.42, 0.7  # from which on a sigma counts as unknown: 90 % intervals of a factor 4 and 10
 LIMIT_E = 1.0  # the same, of what the data allow for sigma_e: its interval is mostly the prior's
-RATIO_N = 0.1  # sigma_n/sigma_e below which no length of strip tells them apart
+RATIO_N = 0.09  # sigma_n/sigma_e that must be excluded (5 %): noise below it is not told from the process
 PILED_UP = 0.1, 0.05  # share of the estimate, probability of less
 SECOND_HILL = 6.0  # in -2 log density
 HILLS_DIFFER = 0.15  # relative difference of sigma_n, or of the filter's gain
@@ -28,15 +28,16 @@ NOT_WHITE = 1e-5  # the probability is an approximation: the parameters were fit
 class Diagnostics:
     """Numbers behind the flags.
 
-    ratio: sigma_n/sigma_e.  limit_n, limit_e: least relative standard deviation of each sigma that the data allow
-    (Cramer and Rao, Whittle's likelihood).  spread_n, spread_e: what was found, a standard
-    deviation of the logarithm that has the same 90 % interval.
+    ratio: sigma_n/sigma_e; ratio_low: its 5 % quantile over the draws.  limit_n, limit_e: least relative standard
+    deviation of each sigma that the data allow (Cramer and Rao, Whittle's likelihood).  spread_n, spread_e: what
+    was found, a standard deviation of the logarithm that has the same 90 % interval.
     root: largest modulus.  hills: number of modes within reach.  whiteness: probability of innovations as
     correlated as these (Ljung and Box).  piled_up: probability that sigma_n is below a tenth of its estimate.
     acceptance, effective: of the chains; NaN without.
     """
 
     ratio: float
+    ratio_low: float
     limit_n: float
     limit_e: float
     spread_n: float
@@ -127,7 +128,7 @@ def _said(theta: Array, d: int) -> tuple[float, float]:
 def flags(found: Diagnostics, hills: bool) -> tuple[str, ...]:
     """Names of what is wrong, in a fixed order; empty: nothing found."""
     raised = {
-        "sigma_n_unidentified": found.spread_n > SPREAD_N or found.ratio < RATIO_N,
+        "sigma_n_unidentified": found.spread_n > SPREAD_N or found.ratio_low < RATIO_N,
         "sigma_e_unidentified": found.spread_e > SPREAD_E or found.limit_e > LIMIT_E,
         "pile_up": found.piled_up > PILED_UP[1],
         "root_near_one": found.root > ROOT,

@@ -18,6 +18,7 @@ ARMIJO = 1e-4
 SHORTEST = 1e-10
 STREWN = (-9.0, 0.0)  # logarithms of variances, those of the differenced observations being 1
 SHOWN = 2000
+EARLY, KEPT = 12, 8  # iterations after which the best descents go on
 
 
 @dataclass(frozen=True)
@@ -116,6 +117,10 @@ def find_modes(of: Objective, starts: Array, *, within: float = 12.0, apart: flo
 
     apart: modes nearer than this in value, and in every parameter by 0.1, are the same.
     """
+    if len(starts) > KEPT:
+        # what lies far behind after some steps will not catch up
+        early, behind = descend(of, starts, most=EARLY)
+        starts = early[np.argsort(behind)[:KEPT]]
     theta, value = descend(of, starts)
     order = np.argsort(value)
     found: list[tuple[Array, float]] = []
