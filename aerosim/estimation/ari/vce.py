@@ -12,12 +12,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from aerosim.errors import InputError
 from aerosim.estimation.ari.filter import Filtered, filter_series
 from aerosim.estimation.ari.process import Process, partial_from_ar
 from aerosim.frames import Array
 
 SETTLED = 1e-4  # relative change of both sigmas
-FLOOR = 1e-9  # of the first sigma: below, a component has vanished
+GONE = 1e-4
+FLOOR = 1e-5  # of the first sigma: below, a component has vanished
 
 
 @dataclass(frozen=True)
@@ -51,12 +53,16 @@ def components(y: list[Array], w: list[Array], process: Process) -> tuple[Proces
 
 
 def estimate_components(y: list[Array], w: list[Array], process: Process, *, most: int = 200) -> Process:
-    """Sigmas of known coefficients: variance components to their fixed point, the maximum of the likelihood."""
+    """Sigmas of known coefficients: variance components to their fixed point, the maximum of the likelihood.
+
+    A component that vanishes is given back as `GONE` of the other.
+    """
     for _ in range(most):
         new, _, _ = components(y, w, process)
         change = abs(np.log(new.sigma_n / process.sigma_n)) + abs(np.log(new.sigma_e / process.sigma_e))
-        process = new
-        if change < SETTLED:
+        least = GONE * max(new.sigma_n, new.sigma_e)
+        process = replace(new, sigma_n=max(new.sigma_n, least), sigma_e=max(new.sigma_e, least))
+        if change < SETTLED or least in (process.sigma_n, process.sigma_e):
             break
     return process
 
@@ -104,9 +110,11 @@ def iterate(y: list[Array], w: list[Array], p: int, d: int, *, most: int) -> lis
     process = Process(np.zeros(p), d, 0.5 * spread, 0.5 * spread)
     steps: list[Iterate] = []
     for k in range(most):
-        new, step, outs = components(y, w, process)
-        if k:
-            steps.append(step)
+        try:
+            new, step, outs = components(y, w, process)
+        except InputError:  # coefficients so explosive that the equations are singular: the run-away's end
+            break
+        steps.append(step)
         a = autoregression([np.diff(o.x, n=d) for o in outs], p)
         new = replace(new, a=a)
         if not np.all(np.isfinite(a)) or min(new.sigma_n, new.sigma_e) < FLOOR * spread:
@@ -115,7 +123,7 @@ def iterate(y: list[Array], w: list[Array], p: int, d: int, *, most: int) -> lis
         process = new
         if k > 1 and change < SETTLED:
             break
-    return steps
+    return steps[1:] or steps  # the first one is the start, which knows no coefficients
 
 
 def theta_of(process: Process, limit: float = 0.98) -> Array:

@@ -91,6 +91,26 @@ def steps(point: Point, seeds: range, size: float) -> tuple[float, float]:
     return hit / len(seeds), other / len(seeds)
 
 
+def pooled(point: Point, seeds: range, strips: int) -> tuple[float, float, float, float]:
+    """Of so many strips of 120 to 800 points fitted together: bias and rms of sigma_n, median error over that of
+    the filter that knows the truth, coverage."""
+    found, ratios, inside = [], [], []
+    for seed in seeds:
+        lengths = np.linspace(120, 800, strips).astype(int)
+        pairs = [point.series(1000 * seed + k, int(n)) for k, n in enumerate(lengths)]
+        fit = fit_ari([y for _, y in pairs], *point.order)
+        found.append(fit.sigma_n.value / point.sigma_n)
+        ours = theirs = covered = 0.0
+        for strip, (truth, y) in zip(fit.strips, pairs, strict=True):
+            best = filter_ari(y, point.a, point.d, point.sigma_n, point.sigma_e)
+            ours, theirs = ours + np.sum((strip.x - truth) ** 2), theirs + np.sum((best.x - truth) ** 2)
+            covered += np.sum(np.abs(strip.x - truth) < 1.96 * strip.sigma_x)
+        ratios.append(np.sqrt(ours / theirs))
+        inside.append(covered / lengths.sum())
+    off = np.array(found) - 1.0
+    return float(off.mean()), float(np.sqrt(np.mean(off**2))), float(np.median(ratios)), float(np.mean(inside))
+
+
 def main(arguments: list[str]) -> None:
     n, first, what, *names = arguments
     seeds = range(int(first), int(first) + int(n))
@@ -103,6 +123,8 @@ def main(arguments: list[str]) -> None:
             print(name, [(share, blunders(point, seeds, share)) for share in (0.0, 0.01, 0.05)], flush=True)
         elif what == "steps":
             print(name, [(size, steps(point, seeds, size)) for size in (0.0, 10.0)], flush=True)
+        elif what == "pooled":
+            print(name, pooled(point, seeds, 21), flush=True)
         elif what == "lost":
             lost = point._replace(sigma_n=0.05 * point.sigma_e)
             print(name, quality(lost, seeds, robust="none", steps=False).flags, flush=True)

@@ -14,7 +14,7 @@ from aerosim.estimation.ari.posterior import average, effective_size, sample
 from aerosim.estimation.ari.robust import quick_starts
 from aerosim.estimation.ari.vce import theta_of
 from estimation.ari.points import HELD_OUT, POINTS
-from estimation.ari.proofs import quality
+from estimation.ari.proofs import pooled, quality
 
 
 def test_descent_finds_the_minimum_of_a_curved_valley() -> None:
@@ -261,6 +261,16 @@ def test_single_strips(key: str) -> None:
     found = quality((POINTS | HELD_OUT)[key], range(90_000, 90_100))
     assert abs(found.bias) < 0.05 + 2.0 * SCATTER.get(key, 0.05) / 10.0
     assert found.ratio < 1.08 + 0.01
-    assert found.ratio_95 < 1.25 + 0.05
+    # short strips of high order have a tail of runs in which they are smoothed too much (docs/ari.md)
+    assert found.ratio_95 < {"gps_y": 1.6, "shuttle_120": 1.35}.get(key, 1.25)
     assert 0.92 - 0.01 < found.coverage < 0.97 + 0.01
-    assert found.flags.get("sigma_n_unidentified", 0.0) <= (0.15 if key == "gps_x" else 0.05)
+    assert found.flags.get("sigma_n_unidentified", 0.0) <= 0.05
+
+
+@pytest.mark.slow
+def test_21_pooled_strips() -> None:
+    """The Shuttle's: 9660 points; sigma_n scatters by 1.2 % a run."""
+    bias, _, ratio, coverage = pooled(POINTS["shuttle_400"], range(900, 910), 21)
+    assert abs(bias) < 0.02
+    assert ratio < 1.01
+    assert 0.92 < coverage < 0.97

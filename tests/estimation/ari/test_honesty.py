@@ -40,6 +40,18 @@ def test_fixed_point_of_the_components_is_the_likelihoods_maximum() -> None:
         assert filter_series(y, w, other, start="diffuse").loglik < top
 
 
+def test_a_component_that_vanishes_stays_finite() -> None:
+    """A walk without noise, its noise estimated: nothing, not an error."""
+    y = np.cumsum(np.random.default_rng(8).normal(size=300))
+    process = estimate_components([y], [np.ones(300)], Process(np.zeros(0), 1, 1.0, 1.0))
+    assert process.sigma_n < 0.3
+    assert process.sigma_e == pytest.approx(1.0, rel=0.2)
+    line = np.random.default_rng(9).normal(size=300)
+    process = estimate_components([line], [np.ones(300)], Process(np.zeros(0), 2, 1.0, 1.0))
+    assert process.sigma_e < 0.01
+    assert process.sigma_n == pytest.approx(1.0, rel=0.2)
+
+
 def test_frequency_domain_says_the_same() -> None:
     """4000 epochs: both within 5 % of the truth and of one another (Cramer-Rao: 1.6 %)."""
     point = POINTS["falcon_yaw"]
@@ -77,6 +89,13 @@ def test_the_papers_iteration_runs_away_and_says_so() -> None:
         assert max(step.loglik for step in fit.iterates) > fit.iterates[-1].loglik + 2.0
         assert np.isnan(fit.sigma_n.low)
     assert flagged == 5
+
+
+def test_the_papers_iteration_ends_on_a_series_that_breaks_it() -> None:
+    """Strips on which the coefficients explode before sigma_e has vanished: an answer with its flag, no fault."""
+    point = POINTS["shuttle_120"]
+    for seed in range(70_000, 70_012):
+        assert "run_away" in fit_ari(point.series(seed)[1], 6, 1, method="vce", robust="none", steps=False).flags
 
 
 def test_limits_are_those_of_the_whittle_likelihood() -> None:
