@@ -101,6 +101,16 @@ class TestCoverage:
         assert (drawn.ce90 / linear.ce90).mean() == pytest.approx(1.0, abs=0.03)
         assert circle == pytest.approx(0.9, abs=0.05)
 
+    def test_slope_is_in_the_linear_errors(self):
+        """A plane of 8 deg: what is drawn needs no slope, and a quantile of 200 draws has a sd of about 6 %."""
+        rows, _ = np.mgrid[0:400, 0:400]
+        relief = relief_of(LEVEL + 30.9 * np.tan(8.0 * DEG) * (rows - 200.0))
+        found = {draw: coverage(300, relief, draw=draw)[2] for draw in ("always", "never")}
+        for name in ("ce90", "le90"):
+            ratio = getattr(found["never"], name) / getattr(found["always"], name)
+            assert np.median(ratio) == pytest.approx(1.0, abs=0.03)
+            assert np.quantile(np.abs(ratio - 1.0), 0.8) < 0.12
+
     @pytest.mark.parametrize("steepness", [0.1, 1.0])
     def test_on_relief(self, steepness):
         values = (LEVEL + steepness * (mountains() - LEVEL)).astype(np.float32)
