@@ -114,7 +114,18 @@ def _numbers(
         piled_up=float(np.mean(sigma_n < told.PILED_UP[0] * values[0])),
         acceptance=samples.acceptance if samples else np.nan,
         effective=samples.size if samples else np.nan,
+        repeated=_repeated(data.series),
     )
+
+
+def _repeated(series: list[Series]) -> float:
+    """Share of observations that equal the one before them."""
+    equal = pairs = 0
+    for strip in series:
+        both = (strip.w[1:] > 0.0) & (strip.w[:-1] > 0.0)
+        pairs += int(np.count_nonzero(both))
+        equal += int(np.count_nonzero(both & (strip.y[1:] == strip.y[:-1])))
+    return equal / max(pairs, 1)
 
 
 def _spread(sigma: Array) -> float:

@@ -15,10 +15,11 @@ from aerosim.estimation.ari.process import Process
 from aerosim.frames import Array
 
 ROOT = 0.98  # modulus from which on a root counts as near one
-SPREAD_N, SPREAD_E = 0.42, 0.7  # from which on a sigma counts as unknown: 90 % intervals of a factor 4 and 10
+SPREAD_N, SPREAD_E = 0.38, 0.7  # from which on a sigma counts as unknown: 90 % intervals of a factor 3.5 and 10
 LIMIT_E = 1.0  # the same, of what the data allow for sigma_e: its interval is mostly the prior's
-RATIO_N = 0.09  # sigma_n/sigma_e that must be excluded (5 %): noise below it is not told from the process
+RATIO_N = 0.12  # sigma_n/sigma_e that must be excluded (5 %): noise below it is not told from the process
 PILED_UP = 0.1, 0.05  # share of the estimate, probability of less
+REPEATED = 0.3  # share of equal neighbours: steps of the reading are no white noise then
 SECOND_HILL = 6.0  # in -2 log density
 HILLS_DIFFER = 0.15  # relative difference of sigma_n, or of the filter's gain
 NOT_WHITE = 1e-5  # the probability is an approximation: the parameters were fitted to the same values
@@ -33,7 +34,7 @@ class Diagnostics:
     was found, a standard deviation of the logarithm that has the same 90 % interval.
     root: largest modulus.  hills: number of modes within reach.  whiteness: probability of innovations as
     correlated as these (Ljung and Box).  piled_up: probability that sigma_n is below a tenth of its estimate.
-    acceptance, effective: of the chains; NaN without.
+    acceptance, effective: of the chains; NaN without.  repeated: share of observations equal to the one before.
     """
 
     ratio: float
@@ -48,6 +49,7 @@ class Diagnostics:
     piled_up: float
     acceptance: float
     effective: float
+    repeated: float
 
 
 def limits(process: Process, n: int) -> tuple[float, float]:
@@ -134,5 +136,6 @@ def flags(found: Diagnostics, hills: bool) -> tuple[str, ...]:
         "root_near_one": found.root > ROOT,
         "multimodal": hills,
         "not_white": found.whiteness < NOT_WHITE,
+        "quantised": found.repeated > REPEATED,
     }
     return tuple(name for name, is_so in raised.items() if is_so)

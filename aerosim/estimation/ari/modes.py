@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from aerosim.errors import InputError
 from aerosim.estimation.ari.likelihood import Strips, unpack
 from aerosim.estimation.ari.prior import Prior
 from aerosim.estimation.ari.process import Process
@@ -113,7 +114,7 @@ def precision_at(of: Objective, theta: Array, h: float = 1e-3) -> Array:
 
 
 def find_modes(of: Objective, starts: Array, *, within: float = 12.0, apart: float = 0.05) -> list[Mode]:
-    """Distinct modes whose value is within so much of the best, best first.
+    """Distinct modes whose value is within so much of the best, best first.  Raises InputError if there is none.
 
     apart: modes nearer than this in value, and in every parameter by 0.1, are the same.
     """
@@ -131,6 +132,8 @@ def find_modes(of: Objective, starts: Array, *, within: float = 12.0, apart: flo
         # a descent that had not arrived yet is no mode of its own
         if not same and not any(np.abs(theta[i] - t).max() < 0.3 for t, _ in found):
             found.append((theta[i], float(value[i])))
+    if not found:
+        raise InputError("no process of this order explains it", "y", "another order; robust='none'")
     return [Mode(t, v, precision_at(of, t)) for t, v in found]
 
 

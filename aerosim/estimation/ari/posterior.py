@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import gammaln, logsumexp
 
+from aerosim.errors import InputError
 from aerosim.estimation.ari.band import SAME, factor, selected_inverse, smooth
 from aerosim.estimation.ari.filter import NOTHING
 from aerosim.estimation.ari.modes import Mode
@@ -85,14 +86,20 @@ def sample(
     burn: int = 28,
     tries: int = 240,
 ) -> Samples:
-    """Draws from exp(-value/2).  value_of: -2 log density (k,) of thetas (k, q), infinite where there is none."""
+    """Draws from exp(-value/2).  value_of: -2 log density (k,) of thetas (k, q), infinite where there is none.
+
+    Raises InputError if no draw around the modes has a density.
+    """
     mixture = Mixture(modes)
     first = mixture.draw(tries, rng)
     values = value_of(first)
     log_weight = -0.5 * values - mixture.log_density(first)
+    log_weight[~np.isfinite(log_weight)] = -np.inf
+    if not np.isfinite(log_weight.max()):
+        raise InputError("no process of this order explains it", "y", "another order; robust='none'")
     weight = np.exp(log_weight - log_weight.max())
     # with replacement, but no draw may found the whole ensemble
-    weight = np.minimum(weight, np.sort(weight)[-walkers // 4])
+    weight = np.minimum(weight, max(np.sort(weight)[-walkers // 4], 1e-12))
     chosen = rng.choice(tries, walkers, p=weight / weight.sum())
     theta, value = first[chosen], values[chosen]
     q, half = theta.shape[1], walkers // 2

@@ -24,9 +24,11 @@ from aerosim.frames import Array
 FULL = 2.5  # standard deviations up to which a Danish weight is one
 REJECT = 3.3  # least deletion residual of the final test: 0.1 % of good observations
 FALSE_SHARE = 0.05  # of the rejected, at most, in the mean
+SCALE_MIN = 0.2  # of residuals that claim to be 1: more than half of them near zero are repeated readings
 FIRST, EXPONENTS = 3, (4.4, 3.0)  # iterations with the sharper exponent and a robust scale
 STEP_ERROR = 0.01  # chance of a step found in a strip that has none
 STEPS_MAX = 10
+CANCELLED = 1e-9
 CANDIDATES, WORTH_A_TRIAL = 3, 2.5
 REJECTED_MAX = 1.0 / 3.0  # more are not outliers of anything
 PRIOR = Prior(
@@ -77,7 +79,7 @@ def danish(y: list[Array], w: list[Array], d: int, theta: Array, *, most: int = 
     for k in range(most):
         t = _residuals(y, weights, w, theta, d)
         every = np.concatenate(t)
-        scale = max(1.4826 * float(np.nanmedian(np.abs(every))), 1e-6) if k < FIRST else 1.0
+        scale = max(1.4826 * float(np.nanmedian(np.abs(every))), SCALE_MIN) if k < FIRST else 1.0
         if k == 0 and scale > 0.5 and not np.any(np.abs(every) > REJECT * min(scale, 1.0)):
             return weights, theta
         exponent = EXPONENTS[0] if k < FIRST else EXPONENTS[1]
@@ -104,6 +106,9 @@ def danish(y: list[Array], w: list[Array], d: int, theta: Array, *, most: int = 
             "y",
             "at most a third; robust='none' keeps all",
         )
+    for ys, ws in zip(y, weights, strict=True):
+        if np.ptp(ys[ws > 0.0]) == 0.0:
+            raise InputError("does not vary but for its outliers", "y", "a noisy series; robust='none' keeps all")
     return weights, theta
 
 
@@ -157,7 +162,8 @@ def step_statistics(out: Filtered) -> tuple[Array, Array]:
         for j in range(2 * m):
             spread += k[i] * k[j] * out.cov_band[first - m + min(i, j) : first - m + min(i, j) + count, abs(i - j)]
     information = (float(g @ g) - spread * inv) * inv
-    information = np.maximum(information, 1e-300)
+    # what is left of two numbers that cancel says nothing
+    information = np.where(information > CANCELLED * float(g @ g) * inv, information, np.nan)
     sigma[first:last] = 1.0 / np.sqrt(information)
     size[first:last] = along / information
     return size / sigma, sigma

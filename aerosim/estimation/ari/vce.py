@@ -15,6 +15,7 @@ import numpy as np
 from aerosim.errors import InputError
 from aerosim.estimation.ari.filter import Filtered, filter_series
 from aerosim.estimation.ari.process import Process, partial_from_ar
+from aerosim.estimation.ari.series import DIGITS
 from aerosim.frames import Array
 
 SETTLED = 1e-4  # relative change of both sigmas
@@ -106,6 +107,10 @@ def autoregression(series: list[Array], p: int) -> Array:
 def iterate(y: list[Array], w: list[Array], p: int, d: int, *, most: int) -> list[Iterate]:
     """The paper's iteration from a start that knows nothing.  Ends when settled, vanished, or after `most`."""
     known = [np.diff(np.where(ws > 0.0, ys, np.nan), n=d) for ys, ws in zip(y, w, strict=True)]
+    if not np.any(np.abs(np.nan_to_num(np.concatenate(known))) > DIGITS):
+        raise InputError(
+            "does not vary but for its outliers and steps", "y", "a noisy series; robust='none' keeps all"
+        )
     spread = float(np.sqrt(np.nanmean(np.concatenate(known) ** 2)))
     process = Process(np.zeros(p), d, 0.5 * spread, 0.5 * spread)
     steps: list[Iterate] = []
@@ -123,7 +128,8 @@ def iterate(y: list[Array], w: list[Array], p: int, d: int, *, most: int) -> lis
         process = new
         if k > 1 and change < SETTLED:
             break
-    return steps[1:] or steps  # the first one is the start, which knows no coefficients
+    # the first one is the start, which knows no coefficients
+    return steps[1:] or steps or [Iterate(process, -np.inf, np.nan, np.nan)]
 
 
 def theta_of(process: Process, limit: float = 0.98) -> Array:

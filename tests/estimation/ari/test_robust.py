@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from aerosim.errors import InputError
 from aerosim.estimation.ari import fit_ari
 from aerosim.estimation.ari.filter import filter_series
 from aerosim.estimation.ari.process import Process
@@ -46,6 +47,29 @@ def test_step_statistic_is_generalised_least_squares(key: str) -> None:
         information = g @ np.linalg.solve(S, g)
         assert sigma[at] == pytest.approx(information**-0.5, rel=1e-7)
         assert t[at] == pytest.approx(g @ np.linalg.solve(S, A @ y) * information**-0.5, rel=1e-6, abs=1e-8)
+
+
+def test_a_step_that_nothing_shows_has_no_statistic() -> None:
+    """sigma_n of 1e5 sigma_e: what a step leaves in the equations cancels to rounding; no number, no warning."""
+    point = POINTS["falcon_yaw"]
+    _, y = point.series(3, 100)
+    known = Process(np.array(point.a), 2, 1.0, 1e-5)
+    t, sigma = step_statistics(filter_series(y, np.ones(100), known, width=8))
+    assert not np.any(np.abs(t) > 1e6)
+    assert not np.any(sigma > 1e6)
+
+
+def test_level_flight_in_steps_of_the_altimeter_is_answered() -> None:
+    """A held height read in whole steps, changing seldom: an answer with its flag, or one line; never a fault."""
+    rng, answers = np.random.default_rng(4), []
+    for seed in range(6):
+        held = 25.0 * np.round(0.4 * rng.normal(size=300).cumsum() / (1.0 + seed))
+        try:
+            assert "quantised" in fit_ari(held, 2, 2).flags
+        except InputError as error:
+            answers.append(str(error))
+    assert all("outliers" in answer for answer in answers)
+    assert len(answers) < 6
 
 
 def test_rejection_limit_knows_how_many_there_are() -> None:
