@@ -89,7 +89,10 @@ def innovations(out: Filtered) -> Array:
         for i in range(k, m + 1):
             lower[k, : n - m - k] += c[i] * c[i - k] * noise[m + k - i : n - i]
     lower[0] += process.sigma_e**2
-    L = cholesky_banded(lower, lower=True)
+    try:
+        L = cholesky_banded(lower, lower=True)
+    except np.linalg.LinAlgError:  # both sigmas next to nothing beside the coefficients: other flags say so
+        return np.full(n - m, np.nan)
     z = solve_banded((m, 0), L, w)
     known = np.convolve((~there).astype(float), np.ones(m + 1), "valid") == 0.0
     return np.where(known, z, np.nan)
