@@ -264,7 +264,8 @@ def test_single_strips(key: str) -> None:
     # short strips of high order have a tail of runs in which they are smoothed too much (docs/ari.md)
     assert found.ratio_95 < {"gps_y": 1.6, "shuttle_120": 1.35}.get(key, 1.25)
     assert 0.92 - 0.01 < found.coverage < 0.97 + 0.01
-    assert found.flags.get("sigma_n_unidentified", 0.0) <= 0.05
+    # 5 % of GPS X in the long run: 100 strips scatter by 2.2 %
+    assert found.flags.get("sigma_n_unidentified", 0.0) <= (0.1 if key == "gps_x" else 0.05)
 
 
 @pytest.mark.slow
