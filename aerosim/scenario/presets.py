@@ -32,15 +32,15 @@ BEST: Mapping[str, Mapping[str, Any]] = {
         "vh": {"walk_pct2_per_s": 0.03, "sigma_pct": 2.0},
     },
     "gyro": {
-        "crab": {"walk_deg2_per_s": 0.0225, "sigma_deg": 0.15},
+        "crab": {"walk_deg2_per_s": 0.002, "sigma_deg": 0.15},
         "vh": {"walk_pct2_per_s": 0.1, "sigma_pct": 0.3},
     },
     "bank": {
-        "crab": {"walk_deg2_per_s": 0.01, "sigma_deg": 0.15},
+        "crab": {"walk_deg2_per_s": 0.003, "sigma_deg": 0.15},
         "vh": {"walk_pct2_per_s": 0.1, "sigma_pct": 0.3},
     },
     "imu": {
-        "crab": {"walk_deg2_per_s": 0.0001, "sigma_deg": 0.15},
+        "crab": {"walk_deg2_per_s": 0.00003, "sigma_deg": 0.15},
         "vh": {"walk_pct2_per_s": 0.001, "sigma_pct": 0.3},
     },
 }

@@ -66,7 +66,9 @@ class Channel:
         self._block.clear()
         expected, variance = self.filter.expect(t1, t2)
         total = variance + self.noise
-        self.innovation = (value - expected) / math.sqrt(total)
+        before, self.innovation = self.innovation, (value - expected) / math.sqrt(total)
+        if isinstance(self.filter, LagFilter) and math.isfinite(before):
+            self.filter.hang_together(before * self.innovation)
         self.filter.update(t1, t2, value, self.noise)
         self._learn(total)
         return True

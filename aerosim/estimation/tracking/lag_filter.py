@@ -10,22 +10,29 @@ from numba import njit
 
 from aerosim.frames import Array
 
+FOLLOW, TOGETHER = 0.2, 0.2  # growth of the walk by innovations that are correlated by more than TOGETHER
+
 
 @dataclass(frozen=True)
 class WalkModel:
     """What is assumed of a quantity: a random walk on a slope that wanders.
 
-    walk: its intensity, unit^2/s.  slope_sigma: standard deviation of the slope, unit/s, a Gauss-Markov process of
-    time constant slope_time, s (the error of a levelled acceleration is one).
+    walk: its intensity, unit^2/s; walk_most: to which it may grow if innovations hang together.  slope_sigma: standard deviation of the slope, unit/s, a Gauss-Markov process of
+    time constant slope_time, s (the error of a levelled acceleration is one).  rate_sigma: of a constant rate of the
+    slope, unit/s^2, as a gyro that drifts makes it.  lever: s^2, a strip is lower than the mean by so many rates:
+    what tilts the acceleration tilts the two looks, one more than the other.
     """
 
     walk: float
     slope_sigma: float
     slope_time: float
+    rate_sigma: float = 0.0
+    lever: float = 0.0
+    walk_most: float = 0.0
 
 
 class LagFilter:
-    """State x(t), x(t - step), ..., and the slope; measured are means of x over intervals [t1, t2].
+    """State x(t), x(t - step), ..., the slope and its rate; measured are means of x over intervals [t1, t2].
 
     Source: the stationary Riccati equation with the lags in the state, as in docs/best.md.
     """
@@ -33,23 +40,27 @@ class LagFilter:
     def __init__(self, model: WalkModel, step: float, reach: float) -> None:
         """step: of the lags, s.  reach: how far back a measured interval may begin, s."""
         self._model = model
+        self._walk = model.walk
         self._step = step
-        self._lags = math.ceil(reach / step) + 2
+        n = self._lags = math.ceil(reach / step) + 2
         self._keep = math.exp(-step / model.slope_time)
-        self._x = np.zeros(self._lags + 1)
-        self._cov = np.zeros((self._lags + 1, self._lags + 1))
-        self._h = np.zeros(self._lags + 1)
+        self._x = np.zeros(n + 2)
+        self._cov = np.zeros((n + 2, n + 2))
+        self._half = np.zeros_like(self._cov)
+        self._h = np.zeros(n + 2)
+        self._h[n + 1] = -model.lever
         self.t = math.nan
 
     def start(self, t: float, value: float, variance: float) -> None:
         """Begin at time t with a value and its variance; the past is taken to have been the same, walked back."""
         n, model = self._lags, self._model
         self.t = t
-        self._x[:n], self._x[n] = value, 0.0
+        self._x[:n], self._x[n:] = value, 0.0
         ages = np.arange(n) * self._step
-        self._cov[:n, :n] = variance + model.walk * np.minimum.outer(ages, ages)
-        self._cov[n, :] = self._cov[:, n] = 0.0
+        self._cov[:] = 0.0
+        self._cov[:n, :n] = variance + self._walk * np.minimum.outer(ages, ages)
         self._cov[n, n] = model.slope_sigma**2
+        self._cov[n + 1, n + 1] = model.rate_sigma**2
 
     def advance(self, t: float) -> None:
         """Go on to time t, by whole steps; what is left of a step waits for the next call."""
@@ -57,9 +68,16 @@ class LagFilter:
             self.t += self._step
             model = self._model
             _shift(
-                self._x, self._cov, self._step, self._keep, model.walk * self._step,
+                self._x, self._cov, self._half, self._step, self._keep, self._walk * self._step,
                 model.slope_sigma**2 * (1.0 - self._keep**2),
             )  # fmt: skip
+
+    def hang_together(self, product: float) -> None:
+        """Two successive standardised innovations, multiplied: if they have the same sign again and again, x walks
+        further than is believed.
+        """
+        grown = self._walk * math.exp(FOLLOW * (min(max(product, -3.0), 3.0) - TOGETHER))
+        self._walk = min(max(grown, self._model.walk), max(self._model.walk_most, self._model.walk))
 
     def inflate(self, variance: float) -> None:
         """Admit that the whole course may be off by a constant of this variance."""
@@ -67,17 +85,18 @@ class LagFilter:
         self._cov[:n, :n] += variance
 
     def expect(self, t1: float, t2: float) -> tuple[float, float]:
-        """Mean over [t1, t2] (s) as believed, and its variance."""
+        """A strip over [t1, t2] (s) as believed, and its variance."""
         self._weigh(t1, t2)
         return expected(self._x, self._cov, self._h)
 
     def update(self, t1: float, t2: float, observed: float, noise: float) -> float:
-        """Take the mean over [t1, t2] (s) as observed with a variance; returns the gain of the present value."""
+        """Take a strip over [t1, t2] (s) as observed with a variance; returns the gain of the present value."""
         self._weigh(t1, t2)
         return float(updated(self._x, self._cov, self._h, observed, noise))
 
     def _weigh(self, t1: float, t2: float) -> None:
-        interval_weights(self._h, self._step, (self.t - t1) / self._step, (self.t - t2) / self._step)
+        mean = self._h[: self._lags + 1]
+        interval_weights(mean, self._step, (self.t - t1) / self._step, (self.t - t2) / self._step)
 
     def now(self, t: float) -> tuple[float, float]:
         """Value and variance at time t (s), not before the last step."""
@@ -85,29 +104,33 @@ class LagFilter:
         n = self._lags
         value = self._x[0] + self._x[n] * ahead
         variance = self._cov[0, 0] + 2.0 * ahead * self._cov[0, n] + ahead * ahead * self._cov[n, n]
-        return float(value), float(variance + self._model.walk * max(ahead, 0.0))
+        return float(value), float(variance + self._walk * max(ahead, 0.0))
 
 
 @njit(cache=True)
-def _shift(x: Array, cov: Array, step: float, keep: float, walk: float, kick: float) -> None:  # pragma: no cover
-    """One step: x0 moves on by slope and walk, all lags grow by one, the last is dropped."""
-    n = x.shape[0] - 1
-    newest = x[0] + step * x[n]
-    var = cov[0, 0] + 2.0 * step * cov[0, n] + step * step * cov[n, n] + walk
-    cross_slope = keep * (cov[0, n] + step * cov[n, n])
-    for i in range(n - 1, 0, -1):
-        x[i] = x[i - 1]
-        for j in range(n - 1, 0, -1):
-            cov[i, j] = cov[i - 1, j - 1]
-    # what stands at lag i now was lag i - 1: its covariance with the new value
-    for i in range(n - 1, 0, -1):
-        slope = cov[i - 1, n]
-        cov[0, i] = cov[i, 0] = cov[1, i] + step * slope
-        cov[i, n] = cov[n, i] = keep * slope
-    x[0], cov[0, 0] = newest, var
-    cov[0, n] = cov[n, 0] = cross_slope
-    x[n] *= keep
-    cov[n, n] = keep * keep * cov[n, n] + kick
+def _shift(
+    x: Array, cov: Array, half: Array, step: float, keep: float, walk: float, kick: float
+) -> None:  # pragma: no cover - compiled
+    """One step: x0 moves on by slope and walk, all lags grow by one, the last is dropped.  half: room like cov."""
+    size = x.shape[0]
+    _stepped(x.copy(), x, step, keep)
+    for j in range(size):
+        _stepped(cov[:, j], half[:, j], step, keep)
+    for i in range(size):
+        _stepped(half[i], cov[i], step, keep)
+    cov[0, 0] += walk
+    cov[size - 2, size - 2] += kick
+
+
+@njit(cache=True)
+def _stepped(old: Array, new: Array, step: float, keep: float) -> None:  # pragma: no cover - compiled
+    """A state vector one step on, without noise."""
+    n = old.shape[0] - 2
+    new[0] = old[0] + step * old[n] + 0.5 * step * step * old[n + 1]
+    for i in range(1, n):
+        new[i] = old[i - 1]
+    new[n] = keep * old[n] + step * old[n + 1]
+    new[n + 1] = old[n + 1]
 
 
 @njit(cache=True)

@@ -20,6 +20,19 @@ class Levelled:
         self._offset = self._drift = 0.0
         self._cov = (level_sigma**2, 0.0, drift_sigma**2)
         self._t = math.nan
+        self._held: tuple[float, float, float] | None = None
+
+    def hold(self) -> None:
+        """From now on take the offset and the drift for known: what they miss is a straight line in time.
+
+        Who follows that line elsewhere (a track that must agree with its accelerations) does not want it bent by
+        every new reading of the vertical.
+        """
+        self._held = self._t, self._offset, self._drift
+
+    def release(self) -> None:
+        """Go with the vertical again."""
+        self._held = None
 
     def __call__(self, t: float, gyro: float, level: float) -> float:
         """Angle at time t (s), rad.  level NaN: there is no vertical, the gyro's start is taken as level."""
@@ -37,4 +50,7 @@ class Levelled:
             self._drift += k1 * off
             self._cov = (p00 * (1.0 - k0), p01 * (1.0 - k0), p11 - k1 * p01)
         self._t = t
+        if self._held is not None:
+            since, offset, drift = self._held
+            return gyro - offset - drift * (t - since)
         return gyro - self._offset

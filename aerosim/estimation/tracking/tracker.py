@@ -83,6 +83,8 @@ class Tracker:
         self._void()
 
     def _void(self) -> None:
+        self._roll.release()
+        self._pitch.release()
         self._guard = Supervisor()
         self._turn = self._push = 0.0  # what accelerations say since the line began: rad, log
         self._turned = self._pushed = 0.0  # their integrals
@@ -115,7 +117,7 @@ class Tracker:
         self._yaw_rate(unit.t, unit.yaw)
         span = unit.t - self._t if not math.isnan(self._t) else 0.0
         self._t = unit.t
-        if span <= 0.0 or self._guard.state is State.SEEKING or self._par.aiding == "gyro":
+        if span <= 0.0 or self._guard.state is State.SEEKING:
             return
         believed = self._belief.now(unit.t)
         speed = math.exp(believed.log_vh + self._push) * self._par.planned_height
@@ -131,7 +133,7 @@ class Tracker:
 
     def _accelerations(self, roll: float, pitch: float, x: float, y: float, z: float) -> tuple[float, float]:
         """Level acceleration ahead and to the right of the nose, m/s^2; a bank alone turns as g tan(bank)."""
-        if self._par.aiding == "bank":
+        if self._par.aiding != "imu":
             return 0.0, GRAVITY * math.tan(roll)
         sr, cr, sp, cp = math.sin(roll), math.cos(roll), math.sin(pitch), math.cos(pitch)
         return cp * x + sp * (sr * y + cr * z), cr * y - sr * z
@@ -257,6 +259,10 @@ class Tracker:
         if agreed is None:
             return
         self._belief.start(t, *agreed, scatter)
+        if par.aiding in ("bank", "imu"):
+            self._roll.hold()
+        if par.aiding == "imu":
+            self._pitch.hold()
         self._block_ends = t + par.block
 
     def _look_beyond(self, match: StripMatch, yaw: float) -> None:

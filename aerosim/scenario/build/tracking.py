@@ -22,7 +22,9 @@ SCATTER_VH = {"none": 3.0, "gyro": 1.0, "bank": 1.0, "imu": 1.0}
 FLOOR_TRACK = {"none": 0.1, "gyro": 0.01, "bank": 0.01, "imu": 0.01}
 FLOOR_VH = {"none": 0.1, "gyro": 0.03, "bank": 0.03, "imu": 0.03}
 LEVEL_DEG, LEVEL_S, GYRO_DEG_PER_H = 0.1, 60.0, 10.0  # a small unit's data sheet
-SLOPE_S = 1000.0  # the level error that is left once the gyro has smoothed it changes so slowly
+START_DEG = 0.3  # by which a gyro without a vertical may have been started aslant
+SLOPE_S = 10000.0  # what a held gyro misses of the level changes with its drift only, which is a state of its own
+RELIEF_PCT2_PER_S = 0.3  # walk of v/h over mountains, to which the filter may go
 
 
 def believed_rays(scenario: Scenario) -> Rays:
@@ -39,8 +41,12 @@ def tracker_of(scenario: Scenario, vh: float, height: float, level: float) -> Tr
     """
     rows, est = scenario.ccd_rows, scenario.estimation
     aiding = est.aiding
-    wrong = GRAVITY * radians(LEVEL_DEG) / (vh * height) if aiding in ("bank", "imu") else 0.0
-    along = GRAVITY * radians(LEVEL_DEG) / (vh * height) if aiding == "imu" else 0.0
+    # what a roll or pitch does to an acceleration, and a gyro's drift to the two looks of a strip (docs/best.md)
+    share, lever = GRAVITY / (vh * height), height / GRAVITY
+    oblique = 1.0 + rows.pixels_px**2 / (12.0 * rows.focal_px**2)
+    drift = radians(GYRO_DEG_PER_H) / 3600.0
+    wrong = share * radians(LEVEL_DEG if aiding in ("bank", "imu") else START_DEG)
+    along = share * radians(LEVEL_DEG) if aiding == "imu" else 0.0
     return TrackerParameters(
         strips=StripSetup(
             pixels=rows.pixels_px,
@@ -57,8 +63,21 @@ def tracker_of(scenario: Scenario, vh: float, height: float, level: float) -> Tr
         planned_vh=vh,
         planned_height=height,
         aiding=aiding,
-        track=WalkModel(est.crab.walk_deg2_per_s * DEGREE**2, max(wrong, 1e-5), SLOPE_S),
-        vh=WalkModel(est.vh.walk_pct2_per_s * 1e-4, max(along, 1e-5), SLOPE_S),
+        track=WalkModel(
+            est.crab.walk_deg2_per_s * DEGREE**2,
+            wrong,
+            SLOPE_S,
+            share * drift,
+            oblique * lever,
+        ),  # fmt: skip
+        vh=WalkModel(
+            est.vh.walk_pct2_per_s * 1e-4,
+            max(along, 1e-5),
+            SLOPE_S,
+            share * drift if along else 0.0,
+            lever if along else 0.0,
+            RELIEF_PCT2_PER_S * 1e-4,
+        ),  # fmt: skip
         block=BLOCK_S,
         floor_track=(FLOOR_TRACK[aiding] * DEGREE) ** 2,
         floor_vh=(FLOOR_VH[aiding] * 1e-2) ** 2,

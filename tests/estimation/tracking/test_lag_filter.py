@@ -9,7 +9,7 @@ from scipy.linalg import cho_factor, cho_solve
 from aerosim.estimation.tracking.lag_filter import LagFilter, WalkModel
 
 STEP = 0.5
-MODEL = WalkModel(walk=0.02, slope_sigma=0.03, slope_time=40.0)
+MODEL = WalkModel(walk=0.02, slope_sigma=0.03, slope_time=40.0, rate_sigma=0.004, lever=3.0)
 START, SPREAD = 1.5, 0.8
 
 
@@ -26,33 +26,35 @@ def weights(times: np.ndarray, t1: float, t2: float) -> np.ndarray:
 
 
 def batch(measured: list[tuple[float, float, float, float]], end: float) -> tuple[float, float]:
-    """Estimate of x(end) and its variance by least squares on all values at once.
+    """Estimate of x(end) and its variance by least squares on all values at once, as a joint Gaussian.
 
-    x on the grid of STEP: x_{k+1} = x_k + STEP b_k + walk, b_{k+1} = keep b_k + kick, as a joint Gaussian.
+    x on the grid of STEP: x_{k+1} = x_k + STEP b_k + STEP^2/2 r + walk, b_{k+1} = keep b_k + STEP r + kick.  A strip
+    is the mean of x less LEVER r.
     """
     n = round(end / STEP) + 1
     keep = np.exp(-STEP / MODEL.slope_time)
-    transition = np.array([[1.0, STEP], [0.0, keep]])
-    noise = np.diag([MODEL.walk * STEP, MODEL.slope_sigma**2 * (1.0 - keep**2)])
-    cov = np.zeros((2 * n, 2 * n))
-    cov[:2, :2] = np.diag([SPREAD, MODEL.slope_sigma**2])
+    transition = np.array([[1.0, STEP, STEP**2 / 2.0], [0.0, keep, STEP], [0.0, 0.0, 1.0]])
+    noise = np.diag([MODEL.walk * STEP, MODEL.slope_sigma**2 * (1.0 - keep**2), 0.0])
+    cov = np.zeros((3 * n, 3 * n))
+    cov[:3, :3] = np.diag([SPREAD, MODEL.slope_sigma**2, MODEL.rate_sigma**2])
     for k in range(1, n):
-        a, b = slice(2 * k - 2, 2 * k), slice(2 * k, 2 * k + 2)
-        cov[b, : 2 * k] = transition @ cov[a, : 2 * k]
-        cov[: 2 * k, b] = cov[b, : 2 * k].T
+        a, b = slice(3 * k - 3, 3 * k), slice(3 * k, 3 * k + 3)
+        cov[b, : 3 * k] = transition @ cov[a, : 3 * k]
+        cov[: 3 * k, b] = cov[b, : 3 * k].T
         cov[b, b] = transition @ cov[a, a] @ transition.T + noise
-    mean = np.zeros(2 * n)
-    mean[::2] = START
+    mean = np.zeros(3 * n)
+    mean[::3] = START
     times = np.arange(n) * STEP
-    rows = np.zeros((len(measured), 2 * n))
+    rows = np.zeros((len(measured), 3 * n))
     for row, (t1, t2, _, _) in zip(rows, measured, strict=True):
-        row[::2] = weights(times, t1, t2)
+        row[::3] = weights(times, t1, t2)
+        row[2] = -MODEL.lever
     values, noises = np.array([m[2] for m in measured]), np.diag([m[3] for m in measured])
     factor = cho_factor(rows @ cov @ rows.T + noises)
     gain = cho_solve(factor, rows @ cov).T
     state = mean + gain @ (values - rows @ mean)
     left = cov - gain @ rows @ cov
-    return float(state[-2]), float(left[-2, -2])
+    return float(state[-3]), float(left[-3, -3])
 
 
 def test_equals_least_squares_on_everything_at_once() -> None:
@@ -97,3 +99,24 @@ def test_a_doubt_is_of_the_whole_course() -> None:
     before = found.expect(-6.0, -1.0)[1]
     found.inflate(0.5)
     assert found.expect(-6.0, -1.0)[1] == pytest.approx(before + 0.5)
+
+
+def test_a_walk_grows_with_innovations_that_hang_together_and_no_further() -> None:
+    found = LagFilter(WalkModel(0.02, 1e-9, 1.0, walk_most=2.0), STEP, reach=10.0)
+    grown = []
+    for product in [1.5] * 60 + [0.0] * 200:
+        found.hang_together(product)
+        found.start(0.0, 0.0, 0.3)
+        found.advance(50.0)
+        grown.append((found.now(50.0)[1] - 0.3) / 50.0)
+    assert grown[0] > 0.02
+    assert max(grown) == pytest.approx(2.0)
+    assert grown[-1] == pytest.approx(0.02)
+
+
+def test_a_walk_that_may_not_grow_stays() -> None:
+    found = LagFilter(WalkModel(0.02, 1e-9, 1.0), STEP, reach=10.0)
+    found.hang_together(3.0)
+    found.start(0.0, 0.0, 0.3)
+    found.advance(50.0)
+    assert found.now(50.0)[1] == pytest.approx(0.3 + 0.02 * 50.0)

@@ -35,3 +35,16 @@ def test_the_gyros_drift_is_found_and_its_swings_are_kept(drift_deg_per_h: float
     last = np.degrees(off[-2400:])
     assert abs(last).max() < 0.15
     assert last.std() < 0.02  # neither the swings of 2 deg nor the vertical's come through
+
+
+def test_held_it_misses_a_straight_line_whatever_the_vertical_says() -> None:
+    """Held at t = 10 s, a vertical that then leaps by 5 deg changes nothing; released, it counts again."""
+    found = Levelled(20.0 * DEG / 3600.0, 0.1 * DEG, 60.0)
+    drift = 0.01 * DEG
+    before = [found(k * PERIOD, drift * k * PERIOD, 0.0) for k in range(201)][-1]
+    found.hold()
+    held = [found(10.0 + k * PERIOD, drift * (10.0 + k * PERIOD), 5.0 * DEG) for k in range(1, 401)]
+    assert np.diff(held, 2) == pytest.approx(0.0, abs=1e-12)
+    assert held[0] == pytest.approx(before, abs=1e-3 * DEG)
+    found.release()
+    assert abs(found(30.05, drift * 30.05, 5.0 * DEG) - held[-1]) > 0.01 * DEG

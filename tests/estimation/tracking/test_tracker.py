@@ -48,12 +48,14 @@ class Flight:
     aiding: str = "none"
     blind: Callable[[float], bool] = lambda t: False
     gyro_start: float = 2.0
+    gyro_drift: float = 0.0
+    lever: float = 0.0
     distortion: float = 0.0
     believed: float = 0.0
     strips: list[StripMatch] = field(default_factory=list)
 
     def fly(self, seconds: float) -> Tracker:
-        tracker = Tracker(parameters(self.aiding, bent(self.believed)))
+        tracker = Tracker(parameters(self.aiding, bent(self.believed), self.lever))
         grey, rng = texture(), np.random.default_rng(2)
         for k in range(round(seconds / PERIOD)):
             t = k * PERIOD
@@ -75,7 +77,8 @@ class Flight:
         else:  # at rest but for gravity: the specific force of straight flight
             mat = Rotation.from_euler("ZYX", [0.0, pitch, roll]).as_matrix()
             force = tuple((mat.T @ [0.0, 0.0, -9.80665]).tolist())
-        return InertialReading(t, roll, pitch, self.heading(t) + self.gyro_start, *level, *force)
+        drifted = roll + self.gyro_drift * t
+        return InertialReading(t, drifted, pitch, self.heading(t) + self.gyro_start, *level, *force)
 
     def _rows(self, grey: Callable[[np.ndarray, np.ndarray], np.ndarray], t: float) -> list[np.ndarray]:
         """Grey values of row I and row II: rays turned by scipy, met with the plane."""
@@ -98,14 +101,16 @@ def bent(k1: float) -> Rays:
     return Rays(*rows)
 
 
-def parameters(aiding: str, rays: Rays) -> TrackerParameters:
+def parameters(aiding: str, rays: Rays, lever: float = 0.0) -> TrackerParameters:
     n = SPACING / (FOCAL * PERIOD * VH)
     return TrackerParameters(
         StripSetup(PIXELS, MARGIN, SPACING, FOCAL, PERIOD, 0.0, n, (0.6, 1.6), 2, rays),
         planned_vh=VH * 1.05,  # 5 % beside the truth
         planned_height=HEIGHT,
         aiding=aiding,  # type: ignore[arg-type]
-        track=WalkModel(0.001 * DEG**2, 1e-5, 100.0),
+        track=WalkModel(0.001 * DEG**2, 1e-5, 100.0)
+        if lever == 0.0
+        else WalkModel(0.001 * DEG**2, 9.81 / SPEED * 0.3 * DEG, 1e4, 9.81 / SPEED * 0.03 * DEG, lever),
         vh=WalkModel(1e-6, 1e-5, 100.0),
         block=0.5,
         floor_track=((0.1 if aiding == "none" else 0.01) * DEG) ** 2,
@@ -269,3 +274,19 @@ def test_a_nose_that_points_up_is_a_positive_pitch() -> None:
     now = Flight(track=1 * DEG, pitch=lambda t: 2 * DEG, aiding="gyro").fly(12.0).now()
     assert now.pitch == pytest.approx(2 * DEG, abs=1e-9)
     assert Flight(track=1 * DEG, pitch=lambda t: 2 * DEG).fly(12.0).now().pitch == 0.0
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_roll_gyro_that_drifts_is_found_out_by_its_accelerations(side: float) -> None:
+    """0.03 deg/s: a strip of 5.1 s is off by f/d 5.1 s 0.03 deg/s = 0.5 deg, and stays so.
+
+    But the same roll feigns a turn that grows, g roll/V, and the strips do not turn.  Where the filter knows that
+    both are one (its lever is height/g), the offset is known too.
+    """
+    errors = []
+    for lever in (0.0, HEIGHT / 9.81):
+        flight = Flight(track=2 * DEG, aiding="gyro", gyro_drift=side * 0.03 * DEG, lever=lever)
+        errors.append((flight.fly(45.0).now().drift - 2 * DEG) / DEG)
+    ignored, known = errors
+    assert ignored * side > 0.3
+    assert abs(known) < 0.12
