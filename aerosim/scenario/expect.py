@@ -13,8 +13,8 @@ _SUMMARY = {
     "flight": "duration_s lines cross_track_rms_m height_rms_m airspeed_rms_m_s roll_rms_deg pitch_rms_deg "
     "roll_rate_rms_deg_s pitch_rate_rms_deg_s yaw_rate_rms_deg_s drift_mean_deg",
     "crab": "residual_rms_deg residual_mean_deg residual_max_deg estimate_error_rms_deg settle_s strips "
-    "accepted_pct bad_pct silent_max_s silent_end_s split_deg.fast_yaw split_deg.lag split_deg.noise split_deg.convergence split_deg.mount "
-    "split_deg.rest",
+    "accepted_pct bad_pct silent_max_s silent_end_s split_deg.fast_yaw split_deg.lag split_deg.noise "
+    "split_deg.convergence split_deg.mount split_deg.rest",
     "vh": "error_rms_pct error_mean_pct strip_error_rms_pct split_pct.fast_speed split_pct.lag split_pct.relief "
     "split_pct.noise split_pct.convergence split_pct.rest",
     "consistency": "drift.mean drift.variance drift.lag1 vh.mean vh.variance vh.lag1",

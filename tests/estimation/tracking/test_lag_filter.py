@@ -28,8 +28,8 @@ def weights(times: np.ndarray, t1: float, t2: float) -> np.ndarray:
 def batch(measured: list[tuple[float, float, float, float]], end: float) -> tuple[float, float]:
     """Estimate of x(end) and its variance by least squares on all values at once, as a joint Gaussian.
 
-    x on the grid of STEP: x_{k+1} = x_k + STEP b_k + STEP^2/2 r + walk, b_{k+1} = keep b_k + STEP r + kick.  A strip
-    is the mean of x less LEVER r.
+    x on the grid of STEP: x_{k+1} = x_k + STEP b_k + STEP^2/2 r + walk, b_{k+1} = keep b_k + STEP r + kick.  A
+    strip is the mean of x less LEVER r.
     """
     n = round(end / STEP) + 1
     keep = np.exp(-STEP / MODEL.slope_time)
