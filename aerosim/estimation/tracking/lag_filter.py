@@ -18,8 +18,8 @@ class WalkModel:
     """What is assumed of a quantity: a random walk on a slope that wanders.
 
     walk: its intensity, unit^2/s; walk_most: to which it may grow if innovations hang together.
-    slope_sigma: standard deviation of the slope, unit/s, a Gauss-Markov process of time constant slope_time, s: the
-    error of a levelled acceleration is one.  rate_sigma: of a constant rate of the slope, unit/s^2, as a gyro's
+    slope_sigma, slope_time: the slope's standard deviation, unit/s, and time constant, s, as a Gauss-Markov process:
+    the error of a levelled acceleration is one.  rate_sigma: of a constant rate of the slope, unit/s^2, as a gyro's
     drift makes it.  lever: s^2, a strip is lower than the mean by so many rates: what tilts the acceleration tilts
     the two looks, one more than the other.
     """
