@@ -17,11 +17,11 @@ FOLLOW, TOGETHER = 0.2, 0.2  # growth of the walk by innovations that are correl
 class WalkModel:
     """What is assumed of a quantity: a random walk on a slope that wanders.
 
-    walk: its intensity, unit^2/s; walk_most: to which it may grow if innovations hang together.
-    slope_sigma, slope_time: the slope's standard deviation, unit/s, and time constant, s, as a Gauss-Markov process:
-    the error of a levelled acceleration is one.  rate_sigma: of a constant rate of the slope, unit/s^2, as a gyro's
-    drift makes it.  lever: s^2, a strip is lower than the mean by so many rates: what tilts the acceleration tilts
-    the two looks, one more than the other.
+    walk: its intensity, unit^2/s; walk_most: to which it may grow if innovations hang together.  slope_sigma,
+    slope_time: the slope's standard deviation, unit/s, and time constant, s, as a Gauss-Markov process: the
+    error of a levelled acceleration is one.  rate_sigma: of a constant rate of the slope, unit/s^2, as a gyro's
+    drift makes it.  lever: s^2, a strip is lower than the mean by so many rates: what tilts the acceleration
+    tilts the two looks, one more than the other.
     """
 
     walk: float
