@@ -6,6 +6,7 @@ import math
 from typing import NamedTuple
 
 from aerosim.estimation.tracking.channel import Channel
+from aerosim.estimation.tracking.lag_filter import LagFilter
 
 LEAST_AHEAD = 0.1  # nobody flies sideways
 
@@ -66,6 +67,11 @@ class Belief:
     def innovations(self) -> tuple[float, float]:
         """Of the last block, standardised."""
         return self.first.innovation, self.second.innovation
+
+    @property
+    def feigned_push(self) -> float:
+        """Slope of the logarithm of v/h beside the accelerations, 1/s: what a wrong pitch makes of them."""
+        return self.second.filter.slope if isinstance(self.second.filter, LagFilter) else 0.0
 
     @property
     def _channels(self) -> tuple[Channel, Channel]:

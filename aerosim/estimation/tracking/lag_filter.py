@@ -73,6 +73,11 @@ class LagFilter:
                 model.slope_sigma**2 * (1.0 - self._keep**2),
             )  # fmt: skip
 
+    @property
+    def slope(self) -> float:
+        """The slope as believed, unit/s."""
+        return float(self._x[self._lags])
+
     def hang_together(self, product: float) -> None:
         """Two successive standardised innovations, multiplied: if they have the same sign again and again, x walks
         further than is believed.

@@ -163,9 +163,11 @@ class Tracker:
         _, pitch, yaw = self._angles
         t = self._strips.t
         level = self._par.strips.level
-        pitch = pitch + level if self._par.aiding != "none" else 0.0
         believed = self._belief.now(t)
         vh = math.exp(believed.log_vh + self._push)
+        pitch = pitch + level if self._par.aiding != "none" else 0.0
+        if self._par.aiding == "imu":  # what feigns a push is a pitch
+            pitch -= self._belief.feigned_push * vh * self._par.planned_height / GRAVITY
         return MotionEstimate(
             t,
             math.remainder(believed.track + self._turn - yaw, 2.0 * math.pi),
