@@ -54,6 +54,9 @@ class Metric(NamedTuple):
     limits: Mapping[str, Mapping[float, float]] = {}
 
 
+NOTHING = 1e-9  # rounding: the mode believes the truth
+
+
 def _at(*values: float) -> dict[float, float]:
     return dict(zip((0.0, 0.35, 0.7, 1.4, 2.88), values, strict=True))
 
@@ -137,7 +140,7 @@ def _alike(limits: Mapping[str, Mapping[float, float]], found: Mapping[str, Any]
 def _cell(mean: Mean | None, digits: int, limit: float | None) -> str:
     if mean is None:
         return ""
-    text = with_limits(mean.mean, mean.half_width, digits)
+    text = "0" if mean.mean < NOTHING else with_limits(mean.mean, mean.half_width, digits)
     if mean.failed:
         text += f" ({mean.failed} failed)"
     return f"**{text}**" if limit is not None and mean.mean > limit else text
