@@ -88,7 +88,8 @@ PHOTOS = [
 SUMMARY = {
     "flight": "duration_s lines cross_track_rms_m height_rms_m airspeed_rms_m_s roll_rms_deg pitch_rms_deg "
     "roll_rate_rms_deg_s pitch_rate_rms_deg_s yaw_rate_rms_deg_s drift_mean_deg",
-    "crab": "residual_rms_deg residual_mean_deg residual_max_deg estimate_error_rms_deg settle_s strips accepted_pct split_deg",
+    "crab": "residual_rms_deg residual_mean_deg residual_max_deg estimate_error_rms_deg settle_s strips accepted_pct "
+    "bad_pct silent_max_s silent_end_s split_deg",
     "vh": "error_rms_pct error_mean_pct strip_error_rms_pct split_pct",
     "photos": "count end_lap_mean_pct end_lap_error_rms_pct end_lap_min_pct side_lap_min_pct blur_rms_px out_of_tolerance",
     "speed": "wall_s fdm_wall_s real_time_factor",

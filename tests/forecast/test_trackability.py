@@ -83,7 +83,9 @@ def test_the_lake_is_blind_and_the_land_is_not(found: Outlook) -> None:
     line = found.figures["lines"][0]
     assert line["strips_blind_m"] == pytest.approx(LAKE_M, abs=2 * 250.0)
     share = 1.0 - LAKE_M / found.plan.lines[0].length
-    assert line["strips_accepted_pct"] == pytest.approx(100.0 * share, abs=3.0)
+    # cells of the size of a row's pixel: of strips that lie half a pixel aside some are refused, 87 % are left.
+    # Flown over this land: 99 % in calm air, where all lie on whole pixels, two thirds in wind and turbulence
+    assert line["strips_accepted_pct"] == pytest.approx(100.0 * share * beside.mean(), abs=3.0)
     assert 0.1 < line["strip_sd_deg"] < 0.3
 
 

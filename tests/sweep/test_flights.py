@@ -83,6 +83,8 @@ CONTEXT: list[tuple[str, dict[str, Any]]] = [
     ("frame_camera.", {"flight.lines": None, "flight.area": AREA}),
     ("control.end_lap_pct", {"flight.lines": None, "flight.area": AREA}),
     ("control.navigator.", {"control.mode": "navigator"}),
+    ("estimation.aiding", {"control.mode": "best"}),
+    ("estimation.distortion", {"control.mode": "best"}),
     ("ccd_rows.faults.", {"ccd_rows.faults": {}}),
     ("mount.faults.", {"mount.faults": {"stuck_from_s": 1.0, "stuck_until_s": 2.0}}),
     ("navigation.imu.", {"navigation": {"gnss": None, "ins": None, "imu": {}}}),
