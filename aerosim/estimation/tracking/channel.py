@@ -10,7 +10,6 @@ from aerosim.estimation.tracking.sway_filter import SwayFilter
 LEARN = 0.1  # share of an innovation's surprise that goes into the noise
 SURPRISE_MOST = 8.0  # of one block: nine times the expected square
 GATE = 5.0
-LEAST_SWAY = 1.0  # times the noise
 COARSE = 0.05  # of the sway's variance: what its model leaves, as measured on JSBSim flights
 
 
@@ -36,12 +35,12 @@ class Channel:
     @property
     def noise(self) -> float:
         """Variance of a block's mean beside what the filter follows, as learned."""
-        return self._noise + (COARSE * self.filter.sway if isinstance(self.filter, SwayFilter) else 0.0)
+        return self._noise + COARSE * self.filter.sway
 
     @property
     def scatter(self) -> float:
         """Variance of a block's mean about a known course: the noise, and the sway at its two looks."""
-        return self.noise + (2.0 * self.filter.sway if isinstance(self.filter, SwayFilter) else 0.0)
+        return self.noise + 2.0 * self.filter.sway
 
     def surprise(self, t1: float, t2: float, value: float) -> float:
         """How far a strip lies from what is expected, in standard deviations.
@@ -77,6 +76,6 @@ class Channel:
         """Innovations larger or smaller than expected are the noise's doing, as far as it makes them."""
         surprise = min(self.innovation**2 - 1.0, SURPRISE_MOST)
         if isinstance(self.filter, SwayFilter):
-            self.filter.learn(LEARN * surprise, total, LEAST_SWAY * self._floor)
+            self.filter.learn(LEARN * surprise, total, self._floor)
         else:
             self._noise = max(self._noise * (1.0 + LEARN * surprise * self._noise / total), self._floor)

@@ -38,6 +38,8 @@ class LagFilter:
     Source: the stationary Riccati equation with the lags in the state, as in docs/best.md.
     """
 
+    sway = 0.0  # what tilts the looks is known
+
     def __init__(self, model: WalkModel, step: float, reach: float) -> None:
         """step: of the lags, s.  reach: how far back a measured interval may begin, s."""
         self._model = model

@@ -72,7 +72,6 @@ class Tracker:
         par = self._par = parameters
         setup = par.strips
         self._strips = Strips(setup)
-        self._log_planned = math.log(par.planned_vh)
         span = setup.planned_n * setup.period
         step = max(1, round(span / 26.0 / setup.period)) * setup.period
         self._belief = _belief(par, step, setup.search[1] * span + 4.0)
